@@ -1,0 +1,108 @@
+"""The columns a box table has, and the check that it has them.
+
+One row is one walker's bounding box in one frame.  Rows are grouped by sequence and
+ordered by frame.  Pixels count from the centre of the top-left pixel, x to the right
+and y downwards; a box covers columns ``x … x + w − 1`` and rows ``y … y + h − 1``.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from mcnlab.errors import TableError
+
+SEQUENCE: Final = "sequence"  # one walk, unique in a recording
+SUBJECT: Final = "subject"  # who walks
+FRAME: Final = "frame"  # frame number, whole
+X: Final = "x"  # left edge, pixels
+Y: Final = "y"  # top edge, pixels
+W: Final = "w"  # width, pixels
+H: Final = "h"  # height, pixels
+CX: Final = "cx"  # centroid column, pixels
+CY: Final = "cy"  # centroid row, pixels
+AREA: Final = "area"  # foreground pixels of the body; absent where boxes were placed by hand
+DIRECTION: Final = "direction"  # 1 … 8, clockwise from "away"
+
+BOX_COLUMNS: Final = (SEQUENCE, SUBJECT, FRAME, X, Y, W, H, CX, CY)
+MEASURES: Final = (X, Y, W, H, CX, CY)
+
+
+def check_columns(table, columns, *, argument):
+    """Raise `TableError` unless `table` is a table that has `columns`."""
+    held = getattr(table, "columns", None)
+    if held is None:
+        raise TableError(f"{argument} is a {type(table).__name__}; pass a pandas DataFrame.")
+    missing = [name for name in columns if name not in held]
+    if missing:
+        raise TableError(
+            f"{argument} lacks the column(s) {', '.join(missing)}; "
+            f"it has {', '.join(map(str, held))}. Add or rename them."
+        )
+
+
+def check_boxes(boxes, *, argument="boxes"):
+    """Return `boxes` when it is a sound box table.
+
+    Parameters
+    ----------
+    boxes : pandas.DataFrame
+        A table with the columns of `BOX_COLUMNS`.
+    argument : str, optional
+        The argument's name, for the message.
+
+    Raises
+    ------
+    TableError
+        When a column is missing, the table is empty, a number is not finite, a width
+        or height is not positive, or a sequence's frames are repeated, out of order
+        or not whole.
+    """
+    check_columns(boxes, BOX_COLUMNS, argument=argument)
+    if len(boxes) == 0:
+        raise TableError(f"{argument} has no rows; pass at least one box.")
+    try:
+        values = boxes[[FRAME, *MEASURES]].to_numpy(dtype=float)
+    except (TypeError, ValueError) as fault:
+        raise TableError(
+            f"{argument} holds text where numbers belong ({fault}); "
+            "convert the box columns to numbers."
+        ) from fault
+    if boxes[SEQUENCE].isna().any() or boxes[SUBJECT].isna().any():
+        raise TableError(f"{argument} has rows without a sequence or subject; name them.")
+    finite = np.isfinite(values).all(axis=1)
+    if not finite.all():
+        row = int(np.flatnonzero(~finite)[0])
+        raise TableError(
+            f"{argument} row {row} holds a value that is not finite; drop that row: "
+            "a frame without a walker has no row."
+        )
+    flat = (boxes[W].to_numpy() <= 0) | (boxes[H].to_numpy() <= 0)
+    if flat.any():
+        row = int(np.flatnonzero(flat)[0])
+        raise TableError(
+            f"{argument} row {row} has w = {boxes[W].iloc[row]:g}, h = {boxes[H].iloc[row]:g}; "
+            "both must be positive pixels. Drop that row."
+        )
+    frame = values[:, 0]
+    if (frame != np.round(frame)).any():
+        raise TableError(f"{argument} has a fractional frame number; number frames 1, 2, 3, …")
+    codes = boxes[SEQUENCE].astype("category").cat.codes.to_numpy()
+    same = codes[1:] == codes[:-1]
+    backwards = same & (np.diff(frame) <= 0)
+    split = len(np.unique(codes)) != 1 + np.count_nonzero(~same)
+    if backwards.any() or split:
+        where = boxes[SEQUENCE].iloc[1 + int(np.flatnonzero(backwards)[0])] if backwards.any() else ""
+        raise TableError(
+            f"{argument} has repeated or unsorted frames"
+            + (f" in sequence {where!r}" if backwards.any() else "")
+            + f"; drop duplicates and sort by {SEQUENCE}, {FRAME}."
+        )
+    return boxes
+
+
+def split_sequences(boxes):
+    """Yield ``(sequence, rows)`` in table order; `rows` is a slice of positions."""
+    names = boxes[SEQUENCE].to_numpy()
+    starts = np.flatnonzero(np.r_[True, names[1:] != names[:-1]])
+    for start, stop in zip(starts, np.r_[starts[1:], len(names)], strict=True):
+        yield names[start], slice(int(start), int(stop))

@@ -1,0 +1,102 @@
+"""One recording: a box table with the camera's frame rate and size, and what is known of it."""
+
+from dataclasses import dataclass, field, replace
+
+import pandas as pd
+
+from mcnlab import columns
+from mcnlab.errors import DatasetError, require_count, require_number
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Walkers' boxes from one kind of camera.
+
+    Attributes
+    ----------
+    name : str
+        The dataset's name, lower case.
+    boxes : pandas.DataFrame
+        A box table (`mcnlab.columns`).
+    frame_rate : float
+        Frames a second.
+    frame_width, frame_height : int
+        Pixels.
+    directions : pandas.Series or None
+        The true direction, 1 … 8, indexed by sequence.
+    copies : frozenset of str
+        Sequences that are mirror images of other sequences here: they count as
+        videos, but not as further observations.
+    problems : tuple of str
+        What was left out on loading, one sentence each.
+    """
+
+    name: str
+    boxes: pd.DataFrame
+    frame_rate: float
+    frame_width: int
+    frame_height: int
+    directions: pd.Series | None = None
+    copies: frozenset = frozenset()
+    problems: tuple = field(default=(), repr=False)
+
+    def __post_init__(self):
+        columns.check_boxes(self.boxes)
+        require_number("frame_rate", self.frame_rate, above=0, unit="frames a second")
+        require_count("frame_width", self.frame_width, low=1)
+        require_count("frame_height", self.frame_height, low=1)
+        if self.directions is not None:
+            check_directions(self.directions, self.sequences)
+
+    @property
+    def sequences(self):
+        """The sequences' names, in table order."""
+        return list(self.boxes[columns.SEQUENCE].unique())
+
+    @property
+    def subjects(self):
+        """Series: each sequence's subject."""
+        return self.boxes.groupby(columns.SEQUENCE, sort=False)[columns.SUBJECT].first()
+
+    def sequence(self, name):
+        """The boxes of one sequence.
+
+        Raises
+        ------
+        DatasetError
+            When there is no such sequence.
+        """
+        rows = self.boxes[self.boxes[columns.SEQUENCE] == name]
+        if rows.empty:
+            raise DatasetError(
+                f"sequence {name!r} is not in {self.name}; it holds {len(self.sequences)} "
+                f"sequences, such as {self.sequences[0]!r}."
+            )
+        return rows.reset_index(drop=True)
+
+    def with_boxes(self, boxes, **changes):
+        """A copy with other boxes."""
+        return replace(self, boxes=boxes, **changes)
+
+
+def check_directions(directions, sequences):
+    """Raise `DatasetError` unless every label is 1 … 8 and belongs to one of `sequences`."""
+    stray = [name for name in directions.index if name not in set(sequences)]
+    if stray:
+        raise DatasetError(
+            f"directions names sequence(s) that are not there: {', '.join(map(str, stray[:5]))}; "
+            "drop those labels or add the sequences."
+        )
+    missing = [name for name in sequences if name not in directions.index]
+    if missing:
+        raise DatasetError(
+            f"directions lacks a label for {', '.join(map(str, missing[:5]))}; label every sequence."
+        )
+    if not directions.index.is_unique:
+        raise DatasetError("directions labels a sequence twice; keep one label each.")
+    wrong = directions[~directions.isin(range(1, 9))]
+    if len(wrong):
+        raise DatasetError(
+            f"directions gives {wrong.index[0]!r} the direction {wrong.iloc[0]!r}; "
+            "use whole numbers 1 to 8."
+        )
