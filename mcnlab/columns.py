@@ -5,7 +5,7 @@ ordered by frame.  Pixels count from the centre of the top-left pixel, x to the 
 and y downwards; a box covers columns ``x … x + w − 1`` and rows ``y … y + h − 1``.
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -106,3 +106,54 @@ def split_sequences(boxes):
     starts = np.flatnonzero(np.r_[True, names[1:] != names[:-1]])
     for start, stop in zip(starts, np.r_[starts[1:], len(names)], strict=True):
         yield names[start], slice(int(start), int(stop))
+
+
+class Stack(NamedTuple):
+    """A box table as arrays, one row a walk, one column a frame from its first on."""
+
+    names: list  # the sequences
+    start: np.ndarray  # (n,) first frame number
+    length: np.ndarray  # (n,) frames from first to last
+    valid: np.ndarray  # (n, longest) where there is a box
+    values: dict  # column name → (n, longest), 0 where there is no box
+
+
+def stack_sequences(boxes, names=MEASURES):
+    """Lay the walks of a sound box table side by side, frame by frame.
+
+    Parameters
+    ----------
+    boxes : pandas.DataFrame
+        A box table.
+    names : iterable of str, optional
+        The columns to stack.
+
+    Returns
+    -------
+    Stack
+
+    Raises
+    ------
+    TableError
+        When the table is not sound, or frame numbers jump so far that the frames
+        between could not be held.
+    """
+    check_boxes(boxes)
+    walks = list(split_sequences(boxes))
+    frame = boxes[FRAME].to_numpy(dtype=np.int64)
+    start = np.array([frame[at.start] for _, at in walks])
+    length = np.array([frame[at.stop - 1] for _, at in walks]) - start + 1
+    if length.max() > 10_000 + 20 * len(boxes):
+        raise TableError(
+            f"boxes: sequence {walks[int(length.argmax())][0]!r} spans {length.max()} frames with "
+            "hardly any boxes; number its frames 1, 2, 3, …"
+        )
+    row = np.repeat(np.arange(len(walks)), [at.stop - at.start for _, at in walks])
+    column = frame - start[row]
+    valid = np.zeros((len(walks), int(length.max())), bool)
+    valid[row, column] = True
+    values = {}
+    for name in names:
+        values[name] = np.zeros(valid.shape)
+        values[name][row, column] = boxes[name].to_numpy(dtype=float)
+    return Stack([name for name, _ in walks], start, length, valid, values)

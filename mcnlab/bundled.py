@@ -1,0 +1,318 @@
+"""The data that every notebook starts from: measured anew, or what came with mcnlab.
+
+With the environment variable ``MCNLAB_DATA`` naming a folder of recordings, whatever lies
+there is measured in full.  Without it, the tables in ``data/`` stand in: measurements that
+this package made of the same recordings (``python -m mcnlab measure``), whose images are
+not ours to hand on.
+"""
+
+import gzip
+import hashlib
+import json
+import os
+from pathlib import Path
+
+import pandas as pd
+
+import mcnlab
+from mcnlab import columns
+from mcnlab.columns import SEQUENCE
+from mcnlab.datasets import casia, pedestrians
+from mcnlab.datasets.mirror import add_mirrored
+from mcnlab.datasets.recording import Recording
+from mcnlab.direction import turn_between
+from mcnlab.errors import DatasetError
+from mcnlab.files import sha256_of, write_whole
+from mcnlab.perspective import measure_headings
+from mcnlab.silhouettes import MIN_AREA, measure_sequences
+
+BUNDLED = Path(__file__).resolve().parent.parent / "data"
+VARIABLE = "MCNLAB_DATA"
+PETS_WINDOW = 7  # frames, one second
+
+
+def data_folder():
+    """The folder that ``MCNLAB_DATA`` names, or None.
+
+    Raises
+    ------
+    DatasetError
+        When the variable names something that is not a folder.
+    """
+    value = os.environ.get(VARIABLE)
+    if not value:
+        return None
+    folder = Path(value).expanduser()
+    if not folder.is_dir():
+        raise DatasetError(
+            f"{VARIABLE} is {value!r}, which is not a folder; name one laid out as the README "
+            "says, or unset it."
+        )
+    return folder
+
+
+def casia_a_folder():
+    """The folder of CASIA A silhouettes under ``MCNLAB_DATA``, or None."""
+    folder = data_folder()
+    if folder is None or not (folder / casia.NAME / "silhouettes").is_dir():
+        return None
+    return folder / casia.NAME
+
+
+def casia_a(*, mirrored=True, progress=False):
+    """CASIA Dataset A as a recording, mirrored to eight directions.
+
+    Parameters
+    ----------
+    mirrored : bool, optional
+        Add the mirror images of the oblique walks (thesis section 3.1).
+    progress : bool, optional
+        Show a progress bar while measuring.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    DatasetError
+        When files are missing or nothing can be measured; a damaged sequence is left
+        out and named in ``problems``.
+    """
+    folder = casia_a_folder()
+    if folder is None:
+        recording = read_casia_a(BUNDLED / casia.NAME)
+    else:
+        recording = measure_casia_a(folder, progress=progress)
+    return add_mirrored(recording) if mirrored else recording
+
+
+def casia_a_recording(boxes, directions, *, problems=()):
+    """A CASIA A recording from a box table and labels of at least its sequences."""
+    names = list(boxes[SEQUENCE].unique())
+    missing = [name for name in names if name not in directions.index]
+    if missing:
+        raise DatasetError(
+            f"directions.csv lacks a label for {', '.join(missing[:5])}; add the sequence, or "
+            "take its silhouettes away."
+        )
+    return Recording(
+        casia.NAME,
+        boxes,
+        casia.FRAME_RATE,
+        casia.FRAME_WIDTH,
+        casia.FRAME_HEIGHT,
+        # The labels are the whole dataset's; the silhouettes may be some of it.
+        directions=directions[names],
+        problems=tuple(problems),
+    )
+
+
+def measure_casia_a(folder, *, min_area=MIN_AREA, n_jobs=-1, progress=False):
+    """Measure every CASIA A silhouette sequence in a folder."""
+    boxes, problems = measure_sequences(
+        casia.find_sequences(folder), min_area=min_area, n_jobs=n_jobs, progress=progress
+    )
+    labels = casia.read_directions(Path(folder) / "directions.csv")
+    return casia_a_recording(boxes, labels, problems=problems)
+
+
+def read_casia_a(folder):
+    """The recording whose box table and labels lie in `folder`.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds ``boxes.csv.gz`` (or ``boxes.csv``) and ``directions.csv``: the way to
+        bring your own boxes.
+
+    Raises
+    ------
+    McnError
+        When a file is missing or not such a table.
+    """
+    folder = Path(folder)
+    boxes = read_table(folder / "boxes.csv.gz", dtype={SEQUENCE: str, columns.SUBJECT: str})
+    columns.check_boxes(boxes, argument=f"{folder.name}/boxes.csv.gz")
+    return casia_a_recording(boxes, casia.read_directions(folder / "directions.csv"))
+
+
+def pets2009_headings():
+    """Headings of the people of PETS 2009, from boxes and from world truth.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a one-second window (`perspective.measure_headings`) with ``true_sight``
+        (degrees), ``true_speed`` (m/s) and ``error`` (degrees).
+
+    Raises
+    ------
+    DatasetError
+        When files are missing or damaged.
+    """
+    folder = data_folder()
+    if folder is None or not (folder / pedestrians.PETS / "PETS2009-S2L1.xml").is_file():
+        return read_table(
+            BUNDLED / pedestrians.PETS / "headings.csv.gz", dtype={SEQUENCE: str}
+        )
+    return measure_pets2009(folder)
+
+
+def measure_pets2009(folder):
+    """Measure the headings of PETS 2009 from the recordings in `folder`."""
+    folder = Path(folder)
+    recording = pedestrians.read_pets(folder / pedestrians.PETS)
+    place = pedestrians.read_tsai_place(folder / pedestrians.PETS / "View_001.xml")
+    world = pedestrians.read_mot_world(folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt")
+    headings = measure_headings(
+        recording,
+        focal_length=pedestrians.PETS_FOCAL_LENGTH,
+        window=PETS_WINDOW,
+        shared="recording",
+    )
+    truth = pedestrians.true_headings(
+        world, headings, place=place, window=PETS_WINDOW, frame_rate=recording.frame_rate
+    )
+    table = headings.join(truth)
+    table["error"] = turn_between(table["sight"], table["true_sight"])
+    # Rounded as they are kept, so that the bundled table and a new measurement agree.
+    return table.round(dict.fromkeys(table.select_dtypes(float).columns, 4))
+
+
+def measure_all(folder, out, *, progress=False):
+    """Measure what lies in `folder` and write the tables that are bundled.
+
+    Parameters
+    ----------
+    folder : path-like
+        Laid out as ``MCNLAB_DATA``.
+    out : path-like
+        Gets ``casia-a/`` and ``pets2009/``, each with a table and ``provenance.json``.
+    progress : bool, optional
+        Show a progress bar.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files written.
+
+    Raises
+    ------
+    DatasetError
+        When the folder holds neither dataset, or a sequence is damaged.
+    """
+    folder, out = Path(folder), Path(out)
+    written = []
+    if (folder / casia.NAME / "silhouettes").is_dir():
+        source = folder / casia.NAME
+        recording = measure_casia_a(source, progress=progress)
+        images = [path for sequence in casia.find_sequences(source) for path in sequence.paths]
+        written += _write_tables(
+            out / casia.NAME,
+            {"boxes.csv.gz": recording.boxes},
+            {
+                "dataset": "CASIA Dataset A, silhouettes",
+                "credit": "L. Wang, T. Tan, H. Ning and W. Hu, Silhouette analysis-based gait "
+                "recognition for human identification, IEEE TPAMI 25(12), 2003",
+                "sequences": len(recording.sequences),
+                "subjects": int(recording.subjects.nunique()),
+                "frames": len(images),
+                "left out": list(recording.problems),
+                "sha256 of the images": sha256_of(images, root=source),
+            },
+        )
+        labels = recording.directions.rename_axis(SEQUENCE).to_csv(lineterminator="\n")
+        written.append(write_whole(out / casia.NAME / "directions.csv", labels))
+    if (folder / pedestrians.PETS / "PETS2009-S2L1.xml").is_file():
+        files = [
+            folder / pedestrians.PETS / "PETS2009-S2L1.xml",
+            folder / pedestrians.PETS / "View_001.xml",
+            folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt",
+        ]
+        written += _write_tables(
+            out / pedestrians.PETS,
+            {"headings.csv.gz": measure_pets2009(folder)},
+            {
+                "dataset": "PETS 2009 S2.L1 View 1, one-second headings",
+                "credit": "J. Ferryman and A. Shahrokni, PETS2009: Dataset and challenge, 2009; "
+                "world positions from MOTChallenge 2015 (CC BY-NC-SA 3.0)",
+                "sha256 of the sources": sha256_of(files, root=folder),
+            },
+        )
+    if not written:
+        raise DatasetError(
+            f"folder {str(folder)!r} holds neither {casia.NAME}/silhouettes nor "
+            f"{pedestrians.PETS}/PETS2009-S2L1.xml; name the folder that holds them."
+        )
+    return written
+
+
+def check_bundled(folder=BUNDLED):
+    """One row a bundled table: its rows and whether it is the one that was measured.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``table, rows, dataset, sound``.
+
+    Raises
+    ------
+    DatasetError
+        When a provenance note is missing or cannot be read.
+    """
+    rows = []
+    for note in sorted(Path(folder).glob("*/provenance.json")):
+        try:
+            held = json.loads(note.read_text())
+            tables = held["tables"]
+        except (OSError, ValueError, KeyError) as fault:
+            raise DatasetError(f"{note} is not a provenance note ({fault}); restore it.") from fault
+        for name, facts in tables.items():
+            content = gzip.decompress((note.parent / name).read_bytes())
+            rows.append(
+                {
+                    "table": f"{note.parent.name}/{name}",
+                    "rows": facts["rows"],
+                    "dataset": held["dataset"],
+                    "sound": _sha256(content) == facts["sha256"],
+                }
+            )
+    if not rows:
+        raise DatasetError(f"folder {str(folder)!r} holds no provenance note; restore data/.")
+    return pd.DataFrame(rows)
+
+
+def read_table(path, **options):
+    """A CSV table, or `DatasetError` naming the file."""
+    try:
+        return pd.read_csv(path, **options)
+    except FileNotFoundError as fault:
+        raise DatasetError(
+            f"{path} is missing; install mcnlab from its checkout (pip install -e .), which "
+            "holds data/."
+        ) from fault
+    except (OSError, EOFError, ValueError, UnicodeDecodeError, pd.errors.ParserError) as fault:
+        raise DatasetError(f"{path} is not a table ({fault}); restore it.") from fault
+
+
+def _write_tables(folder, tables, facts):
+    written, notes = [], {}
+    for name, table in tables.items():
+        content = table.to_csv(index=False, lineterminator="\n").encode()
+        notes[name] = {"rows": len(table), "sha256": _sha256(content)}
+        # mtime 0: the same table gives the same bytes.
+        written.append(write_whole(folder / name, gzip.compress(content, 9, mtime=0)))
+    note = {
+        **facts,
+        "command": "python -m mcnlab measure",
+        "version": f"mcnlab {mcnlab.__version__}",
+        "tables": notes,
+    }
+    text = json.dumps(note, indent=2, ensure_ascii=False) + "\n"
+    written.append(write_whole(folder / "provenance.json", text))
+    return written
+
+
+def _sha256(content):
+    return hashlib.sha256(content).hexdigest()

@@ -1,0 +1,204 @@
+"""People in public places, boxed by hand or by a detector.
+
+PETS 2009 S2.L1, View 1: J. Ferryman and A. Shahrokni, "PETS2009: Dataset and challenge",
+2009.  Boxes by hand in XML, world metres from MOTChallenge's release of the same people
+(L. Leal-Taixé et al., "MOTChallenge 2015", arXiv:1504.01942), and the place of the camera
+from its Tsai calibration (R. Tsai, IEEE J. Robotics and Automation 3(4), 1987).
+"""
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from mcnlab.columns import CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y
+from mcnlab.datasets.recording import Recording
+from mcnlab.errors import DatasetError
+
+PETS = "pets2009"
+PETS_WIDTH, PETS_HEIGHT = 768, 576  # pixels of the boxes
+PETS_FRAME_RATE = 7.0  # frames a second; the video's container says 10
+PETS_FOCAL_LENGTH = 1190.0  # pixels, from the lens; the calibration says 1185 and 1195
+
+WORLD_X, WORLD_Y = "world_x", "world_y"  # metres
+
+
+def read_pets(folder):
+    """The boxes of PETS 2009 S2.L1, View 1, as a recording of one camera.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds ``PETS2009-S2L1.xml``.
+
+    Returns
+    -------
+    Recording
+        A sequence is a person; frames count from 0, as in the XML file.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing or is not such a file.
+    """
+    path = Path(folder) / "PETS2009-S2L1.xml"
+    try:
+        root = ElementTree.parse(path).getroot()
+        rows = [
+            (
+                int(item.attrib["id"]),
+                int(frame.attrib["number"]),
+                *(float(item.find("box").attrib[key]) for key in ("xc", "yc", "w", "h")),
+            )
+            for frame in root.iter("frame")
+            for item in frame.iter("object")
+        ]
+    except FileNotFoundError as fault:
+        raise DatasetError(f"{path} is missing; put PETS 2009's box file there.") from fault
+    except (ElementTree.ParseError, KeyError, ValueError, AttributeError) as fault:
+        raise DatasetError(
+            f"{path} is not a PETS box file ({fault}); each frame needs objects with an id and "
+            "a box of xc, yc, w and h."
+        ) from fault
+    if not rows:
+        raise DatasetError(f"{path} holds no boxes; restore it from the dataset.")
+    table = pd.DataFrame(rows, columns=[SUBJECT, FRAME, CX, CY, W, H])
+    table = table.sort_values([SUBJECT, FRAME], ignore_index=True)
+    table[X] = table[CX] - table[W] / 2
+    table[Y] = table[CY] - table[H] / 2
+    table[SUBJECT] = table[SUBJECT].astype(str)
+    table[SEQUENCE] = table[SUBJECT]
+    boxes = table[[SEQUENCE, SUBJECT, FRAME, X, Y, W, H, CX, CY]]
+    return Recording(PETS, boxes, PETS_FRAME_RATE, PETS_WIDTH, PETS_HEIGHT)
+
+
+def read_mot_world(path):
+    """World positions of a MOTChallenge ground-truth file that ends in metres (MOT15).
+
+    Parameters
+    ----------
+    path : path-like
+        ``frame, id, left, top, width, height, conf, X, Y, Z`` a line, frames from 1.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``sequence, frame, world_x, world_y``; frames from 0.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing, a line is not such a line, or a number is not finite.
+    """
+    path = Path(path)
+    try:
+        values = np.loadtxt(path, delimiter=",", ndmin=2)
+    except FileNotFoundError as fault:
+        raise DatasetError(f"{path} is missing; put the ground truth there.") from fault
+    except ValueError as fault:
+        raise DatasetError(f"{path} is not a table of numbers: {fault}.") from fault
+    if values.shape[1] < 9 or len(values) == 0 or not np.isfinite(values).all():
+        raise DatasetError(
+            f"{path} has {values.shape[1]} columns in {len(values)} rows; world positions need "
+            "the ten finite columns of MOT15: frame, id, box, conf, X, Y, Z."
+        )
+    return pd.DataFrame(
+        {
+            SEQUENCE: values[:, 1].astype(int).astype(str),
+            FRAME: values[:, 0].astype(int) - 1,
+            WORLD_X: values[:, 7],
+            WORLD_Y: values[:, 8],
+        }
+    )
+
+
+def read_tsai_place(path):
+    """Where on the ground a camera with a Tsai calibration stands.
+
+    Parameters
+    ----------
+    path : path-like
+        An XML file with ``Extrinsic`` tx, ty, tz (mm), rx, ry, rz (radians).
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        World metres.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing or lacks a number.
+    """
+    path = Path(path)
+    try:
+        held = ElementTree.parse(path).getroot().find("Extrinsic").attrib
+        shift = np.array([float(held[key]) for key in ("tx", "ty", "tz")])
+        turn = np.array([float(held[key]) for key in ("rx", "ry", "rz")])
+    except FileNotFoundError as fault:
+        raise DatasetError(f"{path} is missing; put the camera's calibration there.") from fault
+    except (ElementTree.ParseError, AttributeError, KeyError, ValueError) as fault:
+        raise DatasetError(
+            f"{path} is not a Tsai calibration ({fault}); it needs Extrinsic tx … rz."
+        ) from fault
+    (cos_x, cos_y, cos_z), (sin_x, sin_y, sin_z) = np.cos(turn), np.sin(turn)
+    about_x = np.array([[1, 0, 0], [0, cos_x, -sin_x], [0, sin_x, cos_x]])
+    about_y = np.array([[cos_y, 0, sin_y], [0, 1, 0], [-sin_y, 0, cos_y]])
+    about_z = np.array([[cos_z, -sin_z, 0], [sin_z, cos_z, 0], [0, 0, 1]])
+    return -(about_z @ about_y @ about_x).T @ shift / 1000.0
+
+
+def true_headings(world, windows, *, place, window, frame_rate):
+    """The true heading against the line of sight, and the true speed, in each window.
+
+    Parameters
+    ----------
+    world : pandas.DataFrame
+        ``sequence, frame, world_x, world_y`` (metres).
+    windows : pandas.DataFrame
+        ``sequence, frame``: whose, and from which frame on.
+    place : array_like, shape (2,) or (3,)
+        Where the camera stands, metres.
+    window : int
+        Frames a window.
+    frame_rate : float
+        Frames a second.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed like `windows`: ``true_sight`` (degrees, clockwise from straight away)
+        and ``true_speed`` (m/s), by least-squares lines through the positions.
+
+    Raises
+    ------
+    DatasetError
+        When a window has fewer than two positions.
+    """
+    from mcnlab.lines import fit_lines
+
+    frames = windows[FRAME].to_numpy()[:, None] + np.arange(window)
+    names = np.repeat(windows[SEQUENCE].to_numpy(), window)
+    index = pd.MultiIndex.from_arrays([names, frames.ravel()])
+    held = world.set_index([SEQUENCE, FRAME])[[WORLD_X, WORLD_Y]].reindex(index).to_numpy()
+    held = held.reshape(len(windows), window, 2)
+    there = np.isfinite(held).all(axis=2)
+    if (there.sum(axis=1) < 2).any():
+        name = windows[SEQUENCE].iloc[int(np.argmax(there.sum(axis=1) < 2))]
+        raise DatasetError(
+            f"world has no two positions of {name!r} in one of its windows; "
+            "pass windows of people whose positions are known."
+        )
+    time = np.arange(window) / frame_rate
+    weights = there.astype(float)
+    held = np.where(there[..., None], held, 0.0)
+    vx = fit_lines(time, held[..., 0], weights=weights).slope
+    vy = fit_lines(time, held[..., 1], weights=weights).slope
+    middle = held.sum(axis=1) / there.sum(axis=1)[:, None] - np.asarray(place)[:2]
+    # World angles turn counter-clockwise, headings clockwise.
+    turn = np.arctan2(middle[:, 1], middle[:, 0]) - np.arctan2(vy, vx)
+    return pd.DataFrame(
+        {"true_sight": np.degrees(turn) % 360, "true_speed": np.hypot(vx, vy)},
+        index=windows.index,
+    )

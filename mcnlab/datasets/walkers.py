@@ -1,0 +1,912 @@
+"""Synthetic walkers: an articulated body with a normal gait, seen by one pinhole camera.
+
+They stand in for recorded silhouettes wherever the truth must be known: where the walker
+was, where it was heading, how fast it went.  The body is a set of tapered capsules
+(head, neck, torso, arms, legs, feet).  Published joint angles drive it; the lowest foot
+stands on the ground and does not slip, so height, speed and bobbing follow from body and
+cadence and are not put in by hand.
+
+World coordinates are metres: X to the right, Y up, Z along the ground away from the
+camera, whose foot point is the origin.  Headings are degrees clockwise seen from above:
+0 = away, 90 = right, 180 = toward, 270 = left.
+
+Sources
+-------
+Segment lengths: Drillis and Contini (1966), as fractions of stature, after Winter,
+*Biomechanics and Motor Control of Human Movement*.
+Thigh, knee and ankle: the mean curves of Winter and of Perry and Burnfield, *Gait
+Analysis: Normal and Pathological Function*, in whole degrees every tenth of a cycle, with
+a periodic cubic spline between.  The curves come from different people and say nothing of
+these segment lengths, so a least-squares fit has moved them (by 2.5° on average, at most
+6°) until both feet reach the ground in double support, the swinging foot clears it, the
+pelvis keeps an even pace and a stride is 0.88 statures, that of brisk walking.  They are
+normal-looking, not a clinical reference.
+Arms: Murray, Sepic and Barnard (1967), *Physical Therapy* 47, 272–284: one sinusoid
+between the published extremes.
+Radii are those of a clothed adult, set by eye against recorded silhouettes.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from types import MappingProxyType
+from typing import Final
+
+import cv2
+import numpy as np
+import pandas as pd
+from scipy.interpolate import CubicSpline
+
+from mcnlab import columns
+from mcnlab.errors import ArgumentError, require_choice, require_count, require_number
+
+X_M: Final = "X_m"  # pelvis on the ground, metres to the right of the camera
+Z_M: Final = "Z_m"  # pelvis on the ground, metres ahead of the camera
+SPEED: Final = "speed"  # over one stride, metres a second
+HEADING: Final = "heading_deg"  # degrees clockwise from "away"
+STATURE_PX: Final = "stature_px"  # rows from the ground under the pelvis to a stature above
+PHASE: Final = "phase"  # gait phase, 0 … 1 from the right heel's contact
+CUT: Final = "cut"  # whether the frame's edge cuts the body
+
+# Every tenth of the cycle from heel contact, degrees: thigh forward of vertical, knee
+# flexion, ankle dorsiflexion.
+_THIGH: Final = (25, 25, 15, 1, -11, -20, -14, 1, 20, 32)
+_KNEE: Final = (3, 18, 17, 13, 9, 13, 30, 61, 56, 20)
+_ANKLE: Final = (3, -6, 2, 8, 10, 11, -15, -11, -1, 1)
+_LEG_ANGLES: Final = CubicSpline(
+    np.linspace(0.0, 1.0, 11),
+    np.radians([(*angles, angles[0]) for angles in (_THIGH, _KNEE, _ANKLE)]).T,
+    bc_type="periodic",
+)
+# Arm: (mean, amplitude) of the shoulder's flexion and the elbow's, lowest at the contact of
+# the heel on the same side.
+_SHOULDER: Final = (-8.0, 16.0)
+_ELBOW: Final = (25.0, 12.0)
+
+# Fractions of stature.
+_HIP_HEIGHT: Final = 0.530
+_THIGH_LENGTH: Final = 0.245
+_SHANK_LENGTH: Final = 0.246
+_UPPER_ARM_LENGTH: Final = 0.186
+_FOREARM_LENGTH: Final = 0.146
+_HAND_LENGTH: Final = 0.070  # of a half-closed hand; stretched it is 0.108
+
+# The balls that capsules join, with lateral, upward and forward offset from the mid-point
+# between the hips, and radius.  Both sides are listed; left is negative.
+_TRUNK: Final = {
+    "crown": (0.0, 0.418, 0.010, 0.052),
+    "jaw": (0.0, 0.382, 0.014, 0.046),
+    "nape": (0.0, 0.280, 0.000, 0.048),
+    "left chest": (-0.060, 0.205, 0.000, 0.076),
+    "right chest": (0.060, 0.205, 0.000, 0.076),
+    "left waist": (-0.056, 0.050, 0.002, 0.074),
+    "right waist": (0.056, 0.050, 0.002, 0.074),
+    "left shoulder": (-0.098, 0.250, 0.000, 0.045),
+    "right shoulder": (0.098, 0.250, 0.000, 0.045),
+}
+# Sideways position and radius along a limb.  Legs close in towards a walking base of about
+# 0.07 of stature; arms hang a little outwards.
+_LEG: Final = {
+    "hip": (0.052, 0.068),
+    "knee": (0.046, 0.048),
+    "ankle": (0.038, 0.037),
+    "heel": (0.036, 0.022),
+    "ball": (0.042, 0.020),
+    "toe": (0.045, 0.014),
+}
+_ARM: Final = {
+    "elbow": (0.146, 0.039),
+    "wrist": (0.154, 0.031),
+    "hand": (0.150, 0.026),
+}
+# Foot, in its own frame: forward and up from the ankle.  The sole is one radius lower.
+_FOOT: Final = {"heel": (-0.032, -0.017), "ball": (0.072, -0.021)}
+_TOE_LENGTH: Final = 0.040
+
+_CAPSULES: Final = (
+    ("head", "crown", "jaw"),
+    ("head", "jaw", "nape"),
+    ("torso", "nape", "left shoulder"),
+    ("torso", "nape", "right shoulder"),
+    ("torso", "left shoulder", "left waist"),
+    ("torso", "right shoulder", "right waist"),
+    ("torso", "left chest", "right chest"),
+    ("torso", "left chest", "left waist"),
+    ("torso", "right chest", "right waist"),
+    ("torso", "left waist", "right waist"),
+    ("torso", "left waist", "left hip"),
+    ("torso", "right waist", "right hip"),
+    *(
+        (f"{side} {limb}", f"{side} {start}", f"{side} {stop}")
+        for side in ("left", "right")
+        for limb, start, stop in (
+            ("arm", "shoulder", "elbow"),
+            ("arm", "elbow", "wrist"),
+            ("arm", "wrist", "hand"),
+            ("thigh", "hip", "knee"),
+            ("shin", "knee", "ankle"),
+            ("foot", "heel", "ball"),
+            ("foot", "ankle", "heel"),
+            ("foot", "ankle", "ball"),
+            ("foot", "ball", "toe"),
+        )
+    ),
+)
+JOINTS: Final = (
+    *_TRUNK,
+    *(f"{side} {name}" for side in ("left", "right") for name in (*_LEG, *_ARM)),
+)
+LIMBS: Final = tuple(dict.fromkeys(limb for limb, _, _ in _CAPSULES))
+_INDEX: Final = {name: row for row, name in enumerate(JOINTS)}
+_IS_FOOT: Final = np.array([name.split()[-1] in ("heel", "ball", "toe") for name in JOINTS])
+_RADII: Final = np.array(
+    [
+        *(entry[3] for entry in _TRUNK.values()),
+        *(entry[1] for _ in range(2) for entry in (*_LEG.values(), *_ARM.values())),
+    ]
+)
+
+_CYCLE_SAMPLES: Final = 400
+_PACE_PERIOD: Final = 3.0  # seconds, of a wobbling pace
+_NEAREST: Final = 0.3  # metres from the lens; nearer, a ball's image is no circle
+_ARC_POINTS: Final = 8  # on each of a capsule's two ends
+_SHIFT: Final = 4  # fractional bits of the polygons' corners
+_OUTLINE: Final = 0.5  # pixels that cv2.fillConvexPoly adds all round, as it draws the outline
+_MAX_FRAMES: Final = 127  # the longest walk in CASIA A
+_MARGIN: Final = 2.0  # pixels that a walk keeps from the frame's edge
+_OFFSET: Final = 0.3  # metres by which a walk may pass left or right of the optical axis
+
+# Metres ahead of the camera, (low, high), in mid-walk and at the farthest, as in CASIA A.
+_LATERAL: Final = ((4.9, 6.1), (10.0, 10.0))
+_OBLIQUE: Final = ((6.4, 7.4), (8.6, 9.9))
+_RADIAL: Final = ((6.0, 6.6), (8.2, 9.6))
+DISTANCES: Final[Mapping] = MappingProxyType(
+    {
+        direction: (_RADIAL, _OBLIQUE, _LATERAL, _OBLIQUE)[(direction - 1) % 4]
+        for direction in range(1, 9)
+    }
+)
+
+
+@dataclass(frozen=True)
+class Body:
+    """One walker's build and gait.
+
+    Attributes
+    ----------
+    stature : float
+        Metres.
+    build : float
+        Multiplies every radius; 1 is an adult in a light coat.
+    cadence : float
+        Steps a second.
+    stride : float
+        Multiplies the thigh's angles, and so the length of the steps.
+    arm_swing : float
+        Multiplies the arms' swing.
+    arm_bias : float
+        −1 … 1: how much more the right arm swings than the left.
+    lean : float
+        The trunk's forward lean, degrees.
+    phase : float
+        Gait phase in the first frame, in cycles; 0 is the right heel's contact.
+    """
+
+    stature: float = 1.70
+    build: float = 1.0
+    cadence: float = 1.9
+    stride: float = 1.0
+    arm_swing: float = 1.0
+    arm_bias: float = 0.0
+    lean: float = 4.0
+    phase: float = 0.0
+
+    def __post_init__(self):
+        require_number("stature", self.stature, above=0, unit="metres")
+        require_number("build", self.build, above=0)
+        require_number("cadence", self.cadence, above=0, unit="steps a second")
+        require_number("stride", self.stride, above=0, high=2)
+        require_number("arm_swing", self.arm_swing, low=0, high=4)
+        require_number("arm_bias", self.arm_bias, low=-1, high=1)
+        require_number("lean", self.lean, low=-45, high=45, unit="degrees")
+        require_number("phase", self.phase)
+
+    @property
+    def step_length(self):
+        """Metres from one foot's contact to the other's."""
+        return self.stature * _cycle(self.stride)[2] / 2
+
+    @property
+    def speed(self):
+        """Mean walking speed, metres a second."""
+        return self.step_length * self.cadence
+
+    def mirrored(self):
+        """The same walker with left and right exchanged."""
+        return replace(self, phase=(self.phase + 0.5) % 1.0, arm_bias=-self.arm_bias)
+
+
+@dataclass(frozen=True)
+class View:
+    """A pinhole camera above the ground, upright, without distortion.
+
+    The defaults resemble the camera of CASIA Dataset A.
+
+    Attributes
+    ----------
+    focal_length : float
+        Pixels.
+    height : float
+        Metres above the ground.
+    tilt : float
+        Degrees below the horizontal.
+    frame_width, frame_height : int
+        Pixels; the optical axis meets the middle of the frame.
+    """
+
+    focal_length: float = 450.0
+    height: float = 1.55
+    tilt: float = 4.0
+    frame_width: int = 352
+    frame_height: int = 240
+
+    def __post_init__(self):
+        require_number("focal_length", self.focal_length, above=0, unit="pixels")
+        require_number("height", self.height, above=0, unit="metres")
+        require_number("tilt", self.tilt, low=-60, high=89, unit="degrees")
+        require_count("frame_width", self.frame_width, low=1)
+        require_count("frame_height", self.frame_height, low=1)
+
+    @property
+    def centre(self):
+        """The principal point (x, y), pixels."""
+        return (self.frame_width - 1) / 2, (self.frame_height - 1) / 2
+
+    def project(self, points):
+        """Where points of the world appear.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+            X, Y, Z in metres.
+
+        Returns
+        -------
+        pixels : ndarray, shape (..., 2)
+            x, y; without meaning where the depth is not positive.
+        depth : ndarray, shape (...)
+            Metres along the optical axis.
+        """
+        points = np.asarray(points, dtype=float)
+        if points.ndim == 0 or points.shape[-1] != 3:
+            raise ArgumentError(
+                f"points has the shape {points.shape}; pass X, Y, Z along the last axis."
+            )
+        sine, cosine = math.sin(math.radians(self.tilt)), math.cos(math.radians(self.tilt))
+        above = points[..., 1] - self.height
+        depth = points[..., 2] * cosine - above * sine
+        up = points[..., 2] * sine + above * cosine
+        scale = self.focal_length / np.where(depth == 0, np.inf, depth)
+        pixels = np.empty((*depth.shape, 2))
+        pixels[..., 0] = self.centre[0] + scale * points[..., 0]
+        pixels[..., 1] = self.centre[1] - scale * up
+        return pixels, depth
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A straight walk on the ground.
+
+    Attributes
+    ----------
+    heading : float
+        Degrees clockwise from "away".
+    x, z : float
+        Where the pelvis is in the first frame: metres to the right of the camera and
+        ahead of it.
+    n_frames : int
+        At least 2.
+    frame_rate : float
+        Frames a second.
+    pace_wobble : float
+        Relative amplitude of a slow change of cadence, below 1; 0 keeps an even pace.
+    pace_phase : float
+        Where in that change, of 3 s, the walk begins, in cycles.
+    """
+
+    heading: float
+    x: float = 0.0
+    z: float = 6.0
+    n_frames: int = 80
+    frame_rate: float = 25.0
+    pace_wobble: float = 0.0
+    pace_phase: float = 0.0
+
+    def __post_init__(self):
+        require_number("heading", self.heading, unit="degrees")
+        require_number("x", self.x, unit="metres")
+        require_number("z", self.z, unit="metres")
+        require_count("n_frames", self.n_frames, low=2)
+        require_number("frame_rate", self.frame_rate, above=0, unit="frames a second")
+        require_number("pace_wobble", self.pace_wobble, low=0, high=0.9)
+        require_number("pace_phase", self.pace_phase)
+
+    @property
+    def axes(self):
+        """Unit vectors (X, Y, Z) to the walker's right, up and forward, shape (3, 3)."""
+        sine, cosine = math.sin(math.radians(self.heading)), math.cos(math.radians(self.heading))
+        return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+
+
+@dataclass(frozen=True, eq=False)
+class SyntheticWalk:
+    """A rendered walk with its truth.
+
+    Attributes
+    ----------
+    name, subject : str
+        The sequence and who walks.
+    body, walk, view
+        What it was rendered from; `render_walk` with these gives the same masks.
+    masks : ndarray of uint8, shape (n, frame_height, frame_width)
+        255 on the body, 0 elsewhere.
+    truth : pandas.DataFrame
+        One row a frame, see `render_walk`.
+    """
+
+    name: str
+    subject: str
+    body: Body
+    walk: Walk
+    view: View
+    masks: np.ndarray
+    truth: pd.DataFrame
+
+    @property
+    def heading(self):
+        """Degrees clockwise from "away"."""
+        return self.walk.heading
+
+    @property
+    def direction(self):
+        """The nearest of the eight directions, 1 … 8."""
+        return round(self.walk.heading / 45) % 8 + 1
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """A walk's course: one entry a frame."""
+
+    phase: np.ndarray  # cycles, unwrapped
+    speed: np.ndarray  # metres a second, over one stride
+    pelvis: np.ndarray  # (n, 3), metres in the world
+    joints: np.ndarray  # (n, len(JOINTS), 3), metres in the world
+
+
+@dataclass(frozen=True, eq=False)
+class _Image:
+    """Where a walk's joints appear."""
+
+    centres: np.ndarray  # (n, len(JOINTS), 2), pixels
+    radii: np.ndarray  # (n, len(JOINTS)), pixels
+    too_near: np.ndarray  # (n,), whether some joint is behind the lens or almost
+    view: View
+
+    @cached_property
+    def clearance(self):
+        """How far the body is inside the frame, pixels; negative where the edge cuts it."""
+        reach = self.radii[..., None]
+        limit = np.array([self.view.frame_width, self.view.frame_height]) - 0.5
+        low = (self.centres - reach).min(axis=(1, 2)) + 0.5
+        high = (limit - self.centres - reach).min(axis=(1, 2))
+        return np.where(self.too_near, -np.inf, np.minimum(low, high))
+
+
+def direction_heading(direction):
+    """The heading of one of the eight directions, degrees: 1 is away, 3 right, 5 toward."""
+    return 45.0 * (require_choice("direction", direction, tuple(range(1, 9))) - 1)
+
+
+def draw_body(rng):
+    """A body with a random build and gait.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    Body
+        Stature 1.55–1.90 m and cadence 1.75–2.1 steps a second, within the published
+        ranges of healthy adults; speed then is about 0.75–0.95 statures a second.
+    """
+
+    def normal(mean, deviation, low, high):
+        return float(np.clip(rng.normal(mean, deviation), low, high))
+
+    return Body(
+        stature=normal(1.70, 0.08, 1.55, 1.90),
+        build=normal(1.0, 0.07, 0.85, 1.2),
+        cadence=normal(1.91, 0.08, 1.75, 2.1),
+        stride=normal(1.0, 0.06, 0.85, 1.15),
+        arm_swing=normal(0.9, 0.2, 0.4, 1.4),
+        arm_bias=normal(0.0, 0.2, -0.5, 0.5),
+        lean=normal(4.0, 2.0, 0.0, 9.0),
+        phase=float(rng.uniform()),
+    )
+
+
+def walk_joints(body, walk):
+    """Where a walker's joints are.
+
+    Parameters
+    ----------
+    body : Body
+    walk : Walk
+
+    Returns
+    -------
+    joints : ndarray, shape (n_frames, len(JOINTS), 3)
+        World coordinates in metres, in the order of `JOINTS`.
+    radii : ndarray, shape (len(JOINTS),)
+        Metres.
+    """
+    return _move(body, walk).joints, _radii(body)
+
+
+def render_walk(body, walk, view=None, *, drop_limbs=(), name="walk", subject="walker"):
+    """Silhouettes of a walk, and the truth about it.
+
+    Parameters
+    ----------
+    body : Body
+    walk : Walk
+    view : View, optional
+        Default: one like CASIA A's.
+    drop_limbs : iterable of str, optional
+        Limbs to leave out, from `LIMBS`.
+    name, subject : str, optional
+        For the table.
+
+    Returns
+    -------
+    masks : ndarray of uint8, shape (n_frames, frame_height, frame_width)
+        255 on the body, 0 elsewhere.
+    truth : pandas.DataFrame
+        One row a frame.  A box table (`mcnlab.columns`) with area, measured on the mask,
+        all 0 where the body is wholly outside the frame; and
+
+        - ``X_m, Z_m``: the pelvis on the ground, metres;
+        - ``speed``: over one stride, metres a second;
+        - ``heading_deg``: degrees clockwise from "away";
+        - ``stature_px``: rows from the ground under the pelvis to one stature above it;
+        - ``phase``: gait phase, 0 … 1 from the right heel's contact;
+        - ``cut``: whether the frame's edge cuts the body.
+
+    Raises
+    ------
+    ArgumentError
+        When the walker comes behind the camera or is never in view, or a limb is unknown.
+    """
+    view = View() if view is None else view
+    drop_limbs = (drop_limbs,) if isinstance(drop_limbs, str) else tuple(drop_limbs)
+    for limb in drop_limbs:
+        require_choice("drop_limbs", limb, LIMBS)
+    motion = _move(body, walk)
+    image = _look(body, motion.joints, view)
+    if image.too_near.any():
+        raise ArgumentError(
+            f"walk {name!r} comes within {_NEAREST} m of the camera's image plane in frame "
+            f"{1 + int(image.too_near.argmax())}; start farther ahead, make n_frames smaller "
+            "or turn the heading."
+        )
+    masks = _draw(image, drop_limbs)
+    truth = _truth(body, walk, motion, image, masks, name, subject)
+    if not truth[columns.AREA].any():
+        raise ArgumentError(
+            f"walk {name!r} is never in view; start nearer the optical axis, "
+            "or pass a view with a shorter focal_length or another tilt."
+        )
+    return masks, truth
+
+
+def make_walk(
+    body,
+    *,
+    heading,
+    view=None,
+    distance=6.0,
+    offset=0.0,
+    n_frames=None,
+    max_frames=_MAX_FRAMES,
+    farthest=50.0,
+    frame_rate=25.0,
+    pace_wobble=0.0,
+    name="walk",
+    subject="walker",
+):
+    """One walk past a given place.
+
+    Parameters
+    ----------
+    body : Body
+    heading : float
+        Degrees clockwise from "away".
+    view : View, optional
+        Default: one like CASIA A's.
+    distance, offset : float, optional
+        The place: metres ahead of the camera and to its right.
+    n_frames : int, optional
+        The walk passes the place in its middle frame, and the frame's edge may cut the
+        body.  Default: as many frames around the place as show the body whole.
+    max_frames : int, optional
+        At most so many frames when `n_frames` is not given; those nearest the place.
+    farthest : float, optional
+        When `n_frames` is not given, frames with the walker farther ahead than this
+        are left out, metres.
+    frame_rate : float, optional
+        Frames a second.
+    pace_wobble : float, optional
+        See `Walk`.
+    name, subject : str, optional
+        For the table.
+
+    Returns
+    -------
+    SyntheticWalk
+
+    Raises
+    ------
+    ArgumentError
+        When the body is not wholly in view at the place and `n_frames` is not given.
+    """
+    view = View() if view is None else view
+    require_number("distance", distance, above=0, unit="metres")
+    require_number("offset", offset, unit="metres")
+    require_number("farthest", farthest, above=0, unit="metres")
+    if n_frames is None:
+        # So many frames either side of the place are tried, and cut back to those in view.
+        require_count("max_frames", max_frames, low=2)
+        course = Walk(heading, 0.0, 0.0, 2 * max_frames - 1, frame_rate, pace_wobble)
+        middle = max_frames - 1
+    else:
+        course = Walk(heading, 0.0, 0.0, n_frames, frame_rate, pace_wobble)
+        middle = n_frames // 2
+    motion = _move(body, course)
+    shift = (offset, 0.0, distance) - motion.pelvis[middle] * (1, 0, 1)
+    first, last = 0, course.n_frames - 1
+    if n_frames is None:
+        image = _look(body, motion.joints + shift, view)
+        ahead = motion.pelvis[:, 2] + shift[2]
+        first, last = _run_in_view(image, ahead, middle, max_frames, farthest)
+    x, _, z = motion.pelvis[first] + shift
+    body = replace(body, phase=float(motion.phase[first] % 1.0))
+    walk = replace(
+        course,
+        x=float(x),
+        z=float(z),
+        n_frames=last - first + 1,
+        pace_phase=(first / frame_rate / _PACE_PERIOD) % 1.0,
+    )
+    masks, truth = render_walk(body, walk, view, name=name, subject=subject)
+    return SyntheticWalk(name, subject, body, walk, view, masks, truth)
+
+
+def make_walks(
+    *,
+    subjects,
+    directions=range(1, 9),
+    seed,
+    view=None,
+    repeats=1,
+    distances=DISTANCES,
+    frame_rate=25.0,
+    pace_wobble=0.02,
+):
+    """A data set of walks, each wholly inside the frame.
+
+    Parameters
+    ----------
+    subjects : int
+        How many people.  The first ones are the same whatever the number.
+    directions : iterable of int, optional
+        Out of 1 … 8, see `direction_heading`.
+    seed : int
+        The same seed gives the same walks.
+    view : View, optional
+        Default: one like CASIA A's.
+    repeats : int, optional
+        Walks of a person in a direction.
+    distances : mapping, optional
+        For each direction ``((low, high), (low, high))``, in metres: bounds of the
+        distance ahead of the camera in mid-walk, and of the farthest.  Default: as in
+        CASIA A; another view calls for others.
+    frame_rate : float, optional
+        Frames a second.
+    pace_wobble : float, optional
+        See `Walk`.
+
+    Returns
+    -------
+    list of SyntheticWalk
+        Named ``s01-d3_1``: person, direction, repeat.
+    """
+    require_count("subjects", subjects, low=1)
+    require_count("repeats", repeats, low=1)
+    require_count("seed", seed)
+    headings = {direction: direction_heading(direction) for direction in directions}
+    missing = [direction for direction in headings if direction not in distances]
+    if missing:
+        raise ArgumentError(
+            f"distances lacks direction(s) {', '.join(map(str, missing))}; "
+            "give each direction ((low, high), (low, high)) in metres."
+        )
+    walks = []
+    for number in range(1, subjects + 1):
+        person = draw_body(np.random.default_rng([seed, number]))
+        for direction, heading in headings.items():
+            middle, farthest = distances[direction]
+            for repeat in range(1, repeats + 1):
+                # Seeded by what it is, a walk is the same whichever others are asked for.
+                rng = np.random.default_rng([seed, number, direction, repeat])
+                day = replace(
+                    person,
+                    phase=float(rng.uniform()),
+                    cadence=person.cadence * _near_one(rng),
+                    stride=person.stride * _near_one(rng),
+                )
+                walk = make_walk(
+                    day,
+                    heading=heading,
+                    view=view,
+                    distance=float(rng.uniform(*middle)),
+                    offset=float(rng.uniform(-_OFFSET, _OFFSET)),
+                    farthest=float(rng.uniform(*farthest)),
+                    frame_rate=frame_rate,
+                    pace_wobble=pace_wobble,
+                    name=f"s{number:02d}-d{direction}_{repeat}",
+                    subject=f"s{number:02d}",
+                )
+                walks.append(walk)
+    return walks
+
+
+def _near_one(rng):
+    """A factor for what differs between two walks of one person."""
+    return float(np.clip(rng.normal(1.0, 0.02), 0.95, 1.05))
+
+
+def _radii(body):
+    """The joints' radii in metres.  Build is clothes and flesh: the feet keep theirs."""
+    return body.stature * _RADII * np.where(_IS_FOOT, 1.0, body.build)
+
+
+def _leg(phase, stride):
+    """A leg's joints in the plane of walking.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (n,)
+        Cycles from this leg's heel contact.
+    stride : float
+
+    Returns
+    -------
+    ndarray, shape (n, 6, 2)
+        Forward and up from the hip in statures, in the order of `_LEG`.
+    """
+    thigh, knee, ankle = _LEG_ANGLES(phase % 1.0).T
+    thigh = stride * thigh
+    shank = thigh - knee
+    pitch = shank + ankle
+    # Behind the ball of the foot the heel rises while the toes stay on the ground.
+    toes = np.where(pitch < 0, 0.4 * pitch, pitch)
+    points = np.zeros((len(phase), len(_LEG), 2))
+    points[:, 1] = _THIGH_LENGTH * _hanging(thigh)
+    points[:, 2] = points[:, 1] + _SHANK_LENGTH * _hanging(shank)
+    ahead = np.stack([np.cos(pitch), np.sin(pitch)], axis=1)
+    upward = np.stack([-np.sin(pitch), np.cos(pitch)], axis=1)
+    for row, name in ((3, "heel"), (4, "ball")):
+        forward, up = _FOOT[name]
+        points[:, row] = points[:, 2] + forward * ahead + up * upward
+    points[:, 5] = points[:, 4] + _TOE_LENGTH * np.stack([np.cos(toes), np.sin(toes)], axis=1)
+    return points
+
+
+def _hanging(angle):
+    """Unit vectors (forward, up) that hang down, swung forward by `angle` in radians."""
+    return np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+
+
+@lru_cache(maxsize=256)
+def _cycle(stride):
+    """How the pelvis moves in one gait cycle, in statures.
+
+    The lowest heel or ball of the foot is on the ground.  Each leg carries from its heel
+    contact to the other's: its lowest point then stays where it is, and the pelvis passes
+    over it.
+
+    Returns
+    -------
+    height : ndarray, shape (_CYCLE_SAMPLES,)
+        Of the hips above the ground.
+    lead : ndarray, shape (_CYCLE_SAMPLES,)
+        How far the pelvis is ahead of an even pace.
+    length : float
+        Of a stride.
+    """
+    phase = np.arange(_CYCLE_SAMPLES) / _CYCLE_SAMPLES
+    heel_and_ball = _leg(phase, stride)[:, 3:5]
+    sole = heel_and_ball[..., 1] - (_LEG["heel"][1], _LEG["ball"][1])
+    lowest = sole.min(axis=1)
+    height = -np.minimum(lowest, np.roll(lowest, _CYCLE_SAMPLES // 2))
+    rows = np.arange(_CYCLE_SAMPLES // 2)
+    carrier = sole.argmin(axis=1)[rows]
+    forward = heel_and_ball[..., 0]
+    step = np.tile(forward[rows, carrier] - forward[rows + 1, carrier], 2)
+    length = float(step.sum())
+    lead = np.concatenate([[0.0], step.cumsum()[:-1]]) - length * phase
+    return height, lead - lead.mean(), length
+
+
+def _periodic(phase, table):
+    """`table` over one cycle, read at `phase` in cycles."""
+    return np.interp(phase, np.arange(_CYCLE_SAMPLES) / _CYCLE_SAMPLES, table, period=1.0)
+
+
+def _move(body, walk):
+    """The course of a walk, see `_Motion`."""
+    height, lead, length = _cycle(body.stride)
+    time = np.arange(walk.n_frames) / walk.frame_rate
+    wobble = 2 * math.pi * (walk.pace_phase + time / _PACE_PERIOD)
+    late = walk.pace_wobble * _PACE_PERIOD / (2 * math.pi) * (np.cos(wobble[0]) - np.cos(wobble))
+    phase = body.phase + body.cadence / 2 * (time + late)
+    ahead = length * (phase - phase[0]) + _periodic(phase, lead) - _periodic(phase[:1], lead)
+    axes = walk.axes
+    pelvis = body.stature * ahead[:, None] * axes[2]
+    pelvis[:, 1] = body.stature * _periodic(phase, height)
+    pelvis += (walk.x, 0.0, walk.z)
+    joints = pelvis[:, None] + body.stature * _pose(body, phase) @ axes
+    speed = body.speed * (1 + walk.pace_wobble * np.sin(wobble))
+    return _Motion(phase, speed, pelvis, joints)
+
+
+def _pose(body, phase):
+    """The joints from the point between the hips: right, up, forward in statures."""
+    pose = np.empty((len(phase), len(JOINTS), 3))
+    trunk = np.array([entry[:3] for entry in _TRUNK.values()])
+    lean = math.radians(body.lean)
+    pose[:, : len(_TRUNK), 0] = trunk[:, 0]
+    pose[:, : len(_TRUNK), 1] = trunk[:, 1] * math.cos(lean) - trunk[:, 2] * math.sin(lean)
+    pose[:, : len(_TRUNK), 2] = trunk[:, 2] * math.cos(lean) + trunk[:, 1] * math.sin(lean)
+    for side, name, shift in ((-1, "left", 0.5), (1, "right", 0.0)):
+        legs = slice(_INDEX[f"{name} hip"], _INDEX[f"{name} toe"] + 1)
+        pose[:, legs, 0] = side * np.array([entry[0] for entry in _LEG.values()])
+        pose[:, legs, 2:0:-1] = _leg(phase + shift, body.stride)
+        # The arm is farthest back when the heel on its own side touches the ground.
+        swing = -np.cos(2 * math.pi * (phase + shift)) * body.arm_swing
+        swing *= 1 + side * body.arm_bias
+        upper = np.radians(_SHOULDER[0] + _SHOULDER[1] * swing)
+        lower = upper + np.radians(_ELBOW[0] + _ELBOW[1] * swing)
+        arms = slice(_INDEX[f"{name} elbow"], _INDEX[f"{name} hand"] + 1)
+        pose[:, arms, 0] = side * np.array([entry[0] for entry in _ARM.values()])
+        bones = [
+            _UPPER_ARM_LENGTH * _hanging(upper),
+            _FOREARM_LENGTH * _hanging(lower),
+            _HAND_LENGTH * _hanging(lower),
+        ]
+        shoulder = pose[:, _INDEX[f"{name} shoulder"], 2:0:-1]
+        pose[:, arms, 2:0:-1] = shoulder[:, None] + np.cumsum(np.stack(bones, axis=1), axis=1)
+    return pose
+
+
+def _look(body, joints, view):
+    """Where joints in the world appear, see `_Image`."""
+    centres, depth = view.project(joints)
+    radii = view.focal_length * _radii(body) / np.maximum(depth, _NEAREST)
+    return _Image(centres, radii, (depth < _NEAREST).any(axis=1), view)
+
+
+def _run_in_view(image, ahead, middle, count, farthest):
+    """First and last frame of the run round `middle` that shows the body whole."""
+    good = (image.clearance >= _MARGIN) & (ahead <= farthest)
+    bad = np.flatnonzero(~good)
+    low = int(bad[bad < middle].max(initial=-1)) + 1
+    high = int(bad[bad > middle].min(initial=len(good))) - 1
+    if not good[middle] or high - low < 1:
+        raise ArgumentError(
+            "distance and offset put the walker where the frame does not show the whole body, "
+            "or beyond farthest; choose another place, or give n_frames to allow cut bodies."
+        )
+    first = min(max(middle - count // 2, low), max(high - count + 1, low))
+    return first, min(first + count - 1, high)
+
+
+def _draw(image, drop_limbs):
+    """The silhouettes, uint8, shape (n, frame_height, frame_width)."""
+    kept = [entry for entry in _CAPSULES if entry[0] not in drop_limbs]
+    view = image.view
+    masks = np.zeros((len(image.centres), view.frame_height, view.frame_width), np.uint8)
+    if not kept:
+        return masks
+    start = [_INDEX[entry[1]] for entry in kept]
+    stop = [_INDEX[entry[2]] for entry in kept]
+    radii = np.maximum(image.radii - _OUTLINE, 0.0)
+    corners = _outlines(
+        image.centres[:, start], radii[:, start], image.centres[:, stop], radii[:, stop]
+    )
+    corners = np.rint(corners * 2**_SHIFT).astype(np.int32)
+    for mask, capsules in zip(masks, corners, strict=True):
+        for capsule in capsules:
+            cv2.fillConvexPoly(mask, capsule, 255, cv2.LINE_8, _SHIFT)
+    return masks
+
+
+def _outlines(start, start_radius, stop, stop_radius):
+    """Convex hulls of pairs of circles, as polygons.
+
+    Parameters
+    ----------
+    start, stop : ndarray, shape (..., 2)
+        Centres.
+    start_radius, stop_radius : ndarray, shape (...)
+
+    Returns
+    -------
+    ndarray, shape (..., 2 · _ARC_POINTS, 2)
+    """
+    between = stop - start
+    gap = np.hypot(between[..., 0], between[..., 1])
+    bearing = np.arctan2(between[..., 1], between[..., 0])
+    # Both common tangents touch at this angle from the line of centres.  Where one circle
+    # holds the other the ratio leaves ±1, and the clip leaves the larger circle alone.
+    ratio = (start_radius - stop_radius) / np.maximum(gap, 1e-9)
+    tangent = np.arccos(np.clip(ratio, -1.0, 1.0))
+    along = np.linspace(0.0, 1.0, _ARC_POINTS)
+    near = (bearing + tangent)[..., None] + (2 * (np.pi - tangent))[..., None] * along
+    far = (bearing - tangent)[..., None] + (2 * tangent)[..., None] * along
+    corners = np.empty((*gap.shape, 2 * _ARC_POINTS, 2))
+    for part, angle, centre, radius in (
+        (slice(None, _ARC_POINTS), near, start, start_radius),
+        (slice(_ARC_POINTS, None), far, stop, stop_radius),
+    ):
+        corners[..., part, 0] = centre[..., :1] + radius[..., None] * np.cos(angle)
+        corners[..., part, 1] = centre[..., 1:] + radius[..., None] * np.sin(angle)
+    return corners
+
+
+def _truth(body, walk, motion, image, masks, name, subject):
+    """The table that `render_walk` describes."""
+    ground = motion.pelvis * (1, 0, 1)
+    crown = np.array([0.0, body.stature, 0.0])
+    rows = image.view.project(np.stack([ground, ground + crown]))[0][..., 1]
+    measured = np.array([_measure(mask) for mask in masks])
+    table = {
+        columns.SEQUENCE: name,
+        columns.SUBJECT: subject,
+        columns.FRAME: np.arange(1, walk.n_frames + 1),
+    }
+    for column, name in enumerate((columns.X, columns.Y, columns.W, columns.H)):
+        table[name] = measured[:, column].astype(int)
+    table[columns.CX] = measured[:, 4]
+    table[columns.CY] = measured[:, 5]
+    table[columns.AREA] = measured[:, 6].astype(int)
+    table[X_M] = motion.pelvis[:, 0]
+    table[Z_M] = motion.pelvis[:, 2]
+    table[SPEED] = motion.speed
+    table[HEADING] = float(walk.heading)
+    table[STATURE_PX] = rows[0] - rows[1]
+    table[PHASE] = motion.phase % 1.0
+    table[CUT] = image.clearance < 0
+    return pd.DataFrame(table)
+
+
+def _measure(mask):
+    """Box, centroid and area (x, y, w, h, cx, cy, area) of a mask; all 0 when it is black."""
+    x, y, w, h = cv2.boundingRect(mask)
+    if w == 0:
+        return (0.0,) * 7
+    moments = cv2.moments(mask[y : y + h, x : x + w], binaryImage=True)
+    area = moments["m00"]
+    return x, y, w, h, x + moments["m10"] / area, y + moments["m01"] / area, area

@@ -1,0 +1,440 @@
+"""Heading and speed in closed form: the walker's own body is the ruler.
+
+For a pinhole camera with focal length f (pixels), a walker s pixels tall stands at depth
+f/s and sideways (x − c)/s, both in body heights.  A box is thus a ground position, and a
+walk a straight line on the ground; no calibration, no training.
+
+Three lengths in the image shrink together with distance: the box height, the drop of the
+feet below the horizon, and the drop of the centroid below it.  Where the walkers show the
+horizon, all three are read and the least-squares scale is taken.  In a camera high above
+the ground the drops are long and carry the estimate; at eye level the height counts too.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from mcnlab import columns
+from mcnlab.columns import CX, CY, SEQUENCE, SUBJECT, H, Y
+from mcnlab.direction import direction_of, uncut
+from mcnlab.errors import ArgumentError, require_count, require_number
+from mcnlab.lines import fit_lines_robust
+
+DEPTH_RANGE = 1.25  # a walk whose boxes grow by less does not show the horizon
+PRESENT = 0.6  # share of a window's frames that must have a box
+STEP = 0.5  # s, a walking step: box noise is alike within one and repeats with it
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera, as far as the walkers show it.
+
+    Attributes
+    ----------
+    focal_length : float
+        Pixels.
+    frame_width, frame_height : int
+        Pixels; the principal point is taken to be the middle.
+    horizon : float or None
+        Row of the horizon, pixels; None where it is not known.
+    feet : float
+        Drop of the feet below the horizon as a multiple of the box height: the camera's
+        height in body heights.  0 where the horizon is not known.
+    centroid : float
+        The same for the centroid.
+    """
+
+    focal_length: float
+    frame_width: int
+    frame_height: int
+    horizon: float | None = None
+    feet: float = 0.0
+    centroid: float = 0.0
+
+    def __post_init__(self):
+        require_number("focal_length", self.focal_length, above=0, unit="pixels")
+        require_count("frame_width", self.frame_width, low=1)
+        require_count("frame_height", self.frame_height, low=1)
+
+    @property
+    def tilt(self):
+        """How far the optical axis points below the horizon, radians; 0 if unknown."""
+        if self.horizon is None:
+            return 0.0
+        return float(np.arctan(((self.frame_height - 1) / 2 - self.horizon) / self.focal_length))
+
+
+def estimate_camera(boxes, *, focal_length, frame_width, frame_height):
+    """The horizon and the camera's height, from the walkers' boxes alone.
+
+    On level ground box height is linear in the row of the feet, h = a(y_feet − y_0): y_0
+    is the horizon and 1/a the camera's height in body heights.  The line is fitted
+    robustly, over all boxes.
+
+    Parameters
+    ----------
+    boxes : pandas.DataFrame
+        A box table from one camera.
+    focal_length : float
+        Pixels.
+    frame_width, frame_height : int
+        Pixels.
+
+    Returns
+    -------
+    Camera
+        Without a horizon where the boxes differ in height by less than a quarter, or
+        shrink towards the bottom of the frame.
+
+    Raises
+    ------
+    TableError, ArgumentError
+        When the table is not sound or a number is out of range.
+    """
+    columns.check_boxes(boxes)
+    plain = Camera(focal_length, frame_width, frame_height)
+    height = boxes[H].to_numpy(float)
+    feet = boxes[Y].to_numpy(float) + height
+    low, high = np.percentile(height, [5, 95])
+    if high < DEPTH_RANGE * low or np.ptp(feet) == 0:
+        return plain
+    line, _ = fit_lines_robust(feet, height)
+    if line.slope <= 0:
+        return plain
+    horizon = float(-line.intercept / line.slope)
+    centroid = float(np.median((boxes[CY].to_numpy(float) - horizon) / height))
+    return Camera(
+        plain.focal_length, frame_width, frame_height, horizon, float(1 / line.slope), centroid
+    )
+
+
+def estimate_cameras(recording, *, focal_length, shared="subject"):
+    """The camera of every walk.
+
+    Parameters
+    ----------
+    recording : Recording
+    focal_length : float
+        Pixels.
+    shared : {"recording", "subject"}, optional
+        Which walks were filmed by one unmoved camera: all, or those of a subject (a
+        session).  Mirrored copies lend nothing.
+
+    Returns
+    -------
+    dict
+        Sequence → `Camera`.
+    """
+    boxes = recording.boxes
+    if shared == "recording":
+        key = pd.Series("", index=boxes.index)
+    elif shared == "subject":
+        key = boxes[SUBJECT]
+    else:
+        raise ArgumentError(f"shared is {shared!r}; pass 'recording' or 'subject'.")
+    optics = {
+        "focal_length": focal_length,
+        "frame_width": recording.frame_width,
+        "frame_height": recording.frame_height,
+    }
+    own = ~boxes[SEQUENCE].isin(recording.copies)
+    found = {name: estimate_camera(rows, **optics) for name, rows in boxes[own].groupby(key[own])}
+    first = ~boxes[SEQUENCE].duplicated()
+    return dict(zip(boxes[SEQUENCE][first], key[first].map(found), strict=True))
+
+
+@dataclass(frozen=True)
+class Track:
+    """Straight walks on the ground, one a row, in body heights.
+
+    All arrays have one axis, one element a walk or window.
+
+    Attributes
+    ----------
+    x, z : ndarray
+        Mean place: to the right of the optical axis, and away along the ground.
+    vx, vz : ndarray
+        Velocity, body heights a second.
+    heading_std : ndarray
+        Standard error of the heading, radians.
+    frames : ndarray of int
+        Boxes that were used.
+    """
+
+    x: np.ndarray
+    z: np.ndarray
+    vx: np.ndarray
+    vz: np.ndarray
+    heading_std: np.ndarray
+    frames: np.ndarray
+
+
+def body_scale(height, feet, centroid, camera):
+    """Pixels a body height at the walker's place, from three readings of it.
+
+    Parameters
+    ----------
+    height, feet, centroid : array_like
+        Box height, and rows of feet and centroid, pixels.
+    camera : Camera
+        Or anything with ``horizon``, ``feet`` and ``centroid`` that broadcast; where
+        ``feet`` is 0 only the height is read.
+
+    Returns
+    -------
+    ndarray
+        The scale s that brings s, feet·s and centroid·s nearest to the three lengths in
+        the image, in the least-squares sense.
+    """
+    horizon = 0.0 if camera.horizon is None else camera.horizon
+    pull = camera.feet * (feet - horizon) + camera.centroid * (centroid - horizon)
+    return (height + pull) / (1 + camera.feet**2 + camera.centroid**2)
+
+
+def measure_headings(recording, *, focal_length, window=None, shared="subject", cameras=None):
+    """The heading of every walk, or of every window of it, in closed form.
+
+    heading = atan2( cos τ · d[(x − c)/s]/dt , f · d[1/s]/dt ), with s the pixels a body
+    height (`body_scale`) and τ the camera's tilt; 0 is away along the camera's axis,
+    clockwise seen from above.
+
+    Parameters
+    ----------
+    recording : Recording
+    focal_length : float
+        Pixels.  The only thing that must be known of the camera.
+    window : int, optional
+        Frames a window; windows follow each other without overlap from a walk's first
+        frame, and what is left at its end is dropped.  Whole walks if not given.
+    shared : {"recording", "subject"}, optional
+        As in `estimate_cameras`.
+    cameras : dict, optional
+        Sequence → `Camera`, to use instead of estimating them.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a walk or window with at least four boxes and 60 % of its frames:
+        ``sequence, frame`` (the first), ``heading`` (degrees from the camera's axis),
+        ``sight`` (degrees from the line of sight to the walker), ``margin`` (half the
+        95 % interval, degrees), ``speed`` (body heights a second), ``x, z`` (mean place,
+        body heights), ``direction`` (1 … 8, of ``heading``) and ``frames``.
+
+    Raises
+    ------
+    McnError
+        When the table is not sound, a number is out of range, or no walk is long enough.
+    """
+    require_number("focal_length", focal_length, above=0, unit="pixels")
+    stack = columns.stack_sequences(recording.boxes)
+    if window is not None:
+        window = require_count("window", window, low=4)
+    if cameras is None:
+        cameras = estimate_cameras(recording, focal_length=focal_length, shared=shared)
+    trusted = uncut(stack, recording.frame_width, recording.frame_height)
+    walk, start, cut = _cut_windows(stack, window)
+    weights = cut(trusted)
+    present = (weights > 0).sum(axis=1)
+    wanted = stack.length[walk] if window is None else window
+    keep = (present >= 4) & (present >= PRESENT * wanted)
+    if not keep.any():
+        raise ArgumentError(
+            f"window is {window}: no walk has 4 boxes and {PRESENT:.0%} of the frames in one; "
+            "pass longer walks or another window."
+        )
+    walk, start = walk[keep], start[keep]
+    optics = _Optics.of([cameras[name] for name in stack.names], walk)
+    track = fit_tracks(
+        *(cut(stack.values[name])[keep] for name in (CX, Y, H, CY)),
+        weights=weights[keep],
+        optics=optics,
+        frame_rate=recording.frame_rate,
+    )
+    heading = np.degrees(np.arctan2(track.vx, track.vz)) % 360
+    sight = (heading - np.degrees(np.arctan2(track.x, track.z))) % 360
+    quantile = stats.t.ppf(0.975, np.maximum(track.frames - 2, 1))
+    return pd.DataFrame(
+        {
+            SEQUENCE: np.array(stack.names, dtype=object)[walk],
+            "frame": stack.start[walk] + start,
+            "heading": heading,
+            "sight": sight,
+            "margin": np.minimum(np.degrees(quantile * track.heading_std), 180.0),
+            "speed": np.hypot(track.vx, track.vz),
+            "x": track.x,
+            "z": track.z,
+            "direction": direction_of(heading),
+            "frames": track.frames,
+        }
+    )
+
+
+@dataclass(frozen=True)
+class _Optics:
+    """Cameras as columns, one row a walk or window, to broadcast over frames."""
+
+    focal_length: np.ndarray
+    middle: np.ndarray
+    horizon: np.ndarray
+    feet: np.ndarray
+    centroid: np.ndarray
+    tilt: np.ndarray
+
+    @classmethod
+    def of(cls, cameras, walk):
+        def column(values):
+            return np.array(list(values), dtype=float)[walk][:, None]
+
+        return cls(
+            column(camera.focal_length for camera in cameras),
+            column((camera.frame_width - 1) / 2 for camera in cameras),
+            column(camera.horizon or 0.0 for camera in cameras),
+            column(camera.feet for camera in cameras),
+            column(camera.centroid for camera in cameras),
+            column(camera.tilt for camera in cameras),
+        )
+
+
+def fit_tracks(cx, y, h, cy, *, weights, optics, frame_rate):
+    """Straight walks through boxes, in body heights.
+
+    Parameters
+    ----------
+    cx, y, h, cy : ndarray, shape (n, frames)
+        Centroid column, top row, height, centroid row, pixels; anything where there is
+        no box.
+    weights : ndarray, shape (n, frames)
+        0 where there is no box.
+    optics : object
+        ``focal_length, middle, horizon, feet, centroid, tilt``, each (n, 1).
+    frame_rate : float
+        Frames a second.
+
+    Returns
+    -------
+    Track
+    """
+    weights = np.asarray(weights, dtype=float)
+    used = weights > 0
+    time = np.arange(h.shape[1]) / frame_rate
+    centre = (weights * time).sum(axis=1, keepdims=True) / weights.sum(axis=1, keepdims=True)
+    time = time - centre
+    scale = body_scale(h, y + h, cy, optics)
+    # A scale at or above the horizon means nothing; neither does a frame without a box.
+    used &= scale > 1.0
+    scale = np.where(used, scale, 1.0)
+    # 1/s is linear in time on a straight walk.  A pixel of noise in s is 1/s² in 1/s.
+    near, pull = fit_lines_robust(time, 1 / scale, weights=weights * used * scale**4)
+    inverse = np.maximum(near.at(time), 1e-3 * np.abs(near.intercept)[:, None])
+    across = np.where(used, (cx - optics.middle) * inverse, 0.0)
+    side, hold = fit_lines_robust(time, across, weights=weights * used / inverse**2)
+    cosine, focal = np.cos(optics.tilt[:, 0]), optics.focal_length[:, 0]
+    vx, vz = side.slope / cosine, focal * near.slope / cosine**2
+    x = side.intercept / cosine
+    z = focal * near.intercept / cosine**2 - optics.feet[:, 0] * np.tan(optics.tilt[:, 0])
+    # The noise of 1/s reaches the sideways motion too, through the mean offset (x − c).
+    near_std = _slope_std(time, 1 / scale - near.at(time), pull, frame_rate)
+    side_std = _slope_std(time, across - side.at(time), hold, frame_rate)
+    offset = side.intercept / near.intercept
+    square = np.maximum(vx**2 + vz**2, 1e-300)
+    by_near = (vz * offset / cosine - vx * focal / cosine**2) / square * near_std
+    by_side = vz / square * side_std / cosine
+    return Track(x, z, vx, vz, np.hypot(by_near, by_side), used.sum(axis=1))
+
+
+def _slope_std(time, residual, weights, frame_rate):
+    """Standard error of a weighted slope whose residuals are alike from frame to frame.
+
+    Newey and West's estimate (Econometrica 55, 1987) with a lag of one walking step.
+    """
+    mean = (weights * time).sum(axis=1, keepdims=True) / weights.sum(axis=1, keepdims=True)
+    lever = weights * (time - mean)
+    lever /= np.maximum((lever * (time - mean)).sum(axis=1, keepdims=True), 1e-300)
+    score = lever * residual
+    variance = (score**2).sum(axis=1)
+    lags = min(max(1, round(STEP * frame_rate)), time.shape[1] - 1)
+    for lag in range(1, lags + 1):
+        taper = 1 - lag / (lags + 1)
+        variance += 2 * taper * (score[:, lag:] * score[:, :-lag]).sum(axis=1)
+    used = np.maximum((weights > 0).sum(axis=1), 3)
+    # The Bartlett taper keeps the sum from falling below zero; two numbers were fitted.
+    return np.sqrt(np.maximum(variance, 0.0) * used / (used - 2))
+
+
+def _cut_windows(stack, window):
+    """Which walk each window is from, its first column, and a function that cuts arrays."""
+    count, longest = stack.valid.shape
+    if window is None:
+        return np.arange(count), np.zeros(count, int), lambda values: values
+    pieces = max(1, longest // window)
+    walk = np.repeat(np.arange(count), pieces)
+    start = np.tile(np.arange(pieces) * window, count)
+    whole = start + window <= stack.length[walk]
+
+    def cut(values):
+        padded = values[:, : pieces * window]
+        if padded.shape[1] < pieces * window:
+            padded = np.pad(padded, ((0, 0), (0, pieces * window - padded.shape[1])))
+        return padded.reshape(count * pieces, window)[whole]
+
+    return walk[whole], start[whole], cut
+
+
+def estimate_focal_length(recording, *, shared="subject", low=100.0, high=2000.0):
+    """The focal length at which each subject walks equally fast in all directions.
+
+    Sideways speed is read without the focal length, speed in depth is proportional to
+    it.  If a subject keeps about the same pace in every walk, the right focal length
+    makes the speeds agree: no label is used, only that people have a pace.
+
+    Parameters
+    ----------
+    recording : Recording
+        With several walks a subject, some across and some along the line of sight.
+    shared : {"recording", "subject"}, optional
+        As in `estimate_cameras`.
+    low, high : float, optional
+        The range to search, pixels.
+
+    Returns
+    -------
+    float
+        Pixels: the least spread of log speed within the subjects.
+
+    Raises
+    ------
+    McnError
+        When no subject has two walks, or the spread has no minimum within the range.
+    """
+    subjects = recording.subjects
+    if recording.copies:
+        own = recording.boxes[~recording.boxes[SEQUENCE].isin(recording.copies)]
+        labels = recording.directions
+        recording = recording.with_boxes(
+            own.reset_index(drop=True),
+            copies=frozenset(),
+            directions=None if labels is None else labels.drop(list(recording.copies)),
+        )
+    reference = 1000.0
+    walks = measure_headings(recording, focal_length=reference, shared=shared)
+    who = subjects[walks[SEQUENCE]].to_numpy()
+    angle = np.radians(walks["heading"].to_numpy())
+    vx, vz = walks["speed"].to_numpy() * np.sin(angle), walks["speed"].to_numpy() * np.cos(angle)
+    names, codes, counts = np.unique(who, return_inverse=True, return_counts=True)
+    if (counts < 2).all():
+        raise ArgumentError("recording has one walk a subject; equal pace needs two or more.")
+    trial = np.geomspace(low, high, 400)
+    log_speed = np.log(np.hypot(vx[:, None], vz[:, None] * trial / reference))
+    member = (codes[:, None] == np.arange(len(names))).astype(float)
+    mean = member.T @ log_speed / counts[:, None]
+    spread = ((log_speed - mean[codes]) ** 2).sum(axis=0)
+    best = int(spread.argmin())
+    if best in (0, len(trial) - 1):
+        raise ArgumentError(
+            f"recording does not show the focal length between {low:g} and {high:g} pixels; "
+            "it needs walks both across and along the line of sight."
+        )
+    return float(trial[best])
+

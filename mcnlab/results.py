@@ -1,0 +1,211 @@
+"""Thesis | here: the one table that every notebook writes to, and the intervals in it."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from mcnlab.errors import ArgumentError, require_count, require_number
+from mcnlab.files import write_whole
+
+COLUMNS = ("id", "thesis", "here", "low", "high", "unit", "data", "n", "notebook")
+OUT = "MCNLAB_OUT"  # where a reproduction gathers; nothing is written without it
+SECONDS = "s"  # rows in seconds are timings: they differ from run to run
+
+
+class Estimate(NamedTuple):
+    """A number with its 95 % interval and the observations behind it."""
+
+    value: float
+    low: float
+    high: float
+    n: int
+
+
+def wilson_interval(share, n, *, z=1.959963984540054):
+    """Wilson's score interval of a share.
+
+    Parameters
+    ----------
+    share : float
+        Between 0 and 1; need not be a multiple of 1/n.
+    n : int
+        Independent observations.
+    z : float, optional
+        Normal quantile; 95 % if not given.
+
+    Returns
+    -------
+    tuple of float
+        Low and high.
+
+    Raises
+    ------
+    ArgumentError
+        When a number is out of range.
+
+    References
+    ----------
+    E. B. Wilson, J. American Statistical Association 22, 1927.
+    """
+    share = require_number("share", share, low=0, high=1)
+    n = require_count("n", n, low=1)
+    middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)
+    half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+
+
+def accuracy(right, *, own=None):
+    """The share that is right, with Wilson's interval.
+
+    Parameters
+    ----------
+    right : array_like of bool, shape (n,)
+    own : array_like of bool, shape (n,), optional
+        False for mirrored copies: they count in the share, as in the thesis, but a
+        mirror image is no second observation and does not narrow the interval.
+
+    Returns
+    -------
+    Estimate
+    """
+    right = np.asarray(right, dtype=bool)
+    if right.ndim != 1 or len(right) == 0:
+        raise ArgumentError(f"right has shape {right.shape}; pass one flag an answer.")
+    n = len(right) if own is None else int(np.count_nonzero(own))
+    share = float(right.mean())
+    return Estimate(share, *wilson_interval(share, n), n)
+
+
+def mean_by_subject(values, subjects, *, seed=0, draws=4000):
+    """A mean, with a bootstrap interval that draws whole subjects.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+    subjects : array_like, shape (n,)
+        Values of one subject are alike; subjects are independent.
+    seed : int, optional
+    draws : int, optional
+
+    Returns
+    -------
+    Estimate
+        ``n`` counts subjects.
+    """
+    values = np.asarray(values, dtype=float)
+    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
+        raise ArgumentError("values must be a non-empty sequence of finite numbers.")
+    _, codes = np.unique(np.asarray(subjects, dtype=str), return_inverse=True)
+    total, count = np.bincount(codes, values), np.bincount(codes)
+    drawn = np.random.default_rng(seed).integers(len(count), size=(draws, len(count)))
+    means = total[drawn].sum(axis=1) / count[drawn].sum(axis=1)
+    low, high = np.percentile(means, [2.5, 97.5])
+    return Estimate(float(values.mean()), float(low), float(high), len(count))
+
+
+@dataclass(frozen=True)
+class Row:
+    """One reported quantity; empty text where there is nothing to say."""
+
+    id: str
+    thesis: str
+    here: str
+    low: str
+    high: str
+    unit: str
+    data: str
+    n: str
+    notebook: str
+
+
+class Results:
+    """What one notebook reports.
+
+    Parameters
+    ----------
+    notebook : str
+        Its file name without the ending.
+    data : str
+        The data its numbers come from, unless a row says otherwise.
+    """
+
+    def __init__(self, notebook, *, data=""):
+        self.notebook = notebook
+        self.data = data
+        self.rows = []
+
+    def add(self, name, here, *, thesis=None, unit="", data=None):
+        """Report one quantity.
+
+        Parameters
+        ----------
+        name : str
+            Its id.
+        here : Estimate or float or int
+            What was measured.
+        thesis : float, optional
+            What the thesis claims.
+        unit : str, optional
+        data : str, optional
+            The data, if not the notebook's.
+
+        Raises
+        ------
+        ArgumentError
+            When the id was reported before or the number is not finite.
+        """
+        if any(row.id == name for row in self.rows):
+            raise ArgumentError(f"name {name!r} was reported before; report an id once.")
+        estimate = here if isinstance(here, Estimate) else Estimate(here, None, None, None)
+        require_number(name, float(estimate.value))
+        self.rows.append(
+            Row(
+                id=name,
+                thesis=_text(thesis),
+                here=_text(estimate.value),
+                low=_text(estimate.low),
+                high=_text(estimate.high),
+                unit=unit,
+                data=self.data if data is None else data,
+                n="" if estimate.n is None else str(estimate.n),
+                notebook=self.notebook,
+            )
+        )
+
+    def table(self):
+        """The rows as a table of text."""
+        return pd.DataFrame([vars(row) for row in self.rows], columns=list(COLUMNS))
+
+    def show(self):
+        """Print "quantity | thesis | here | interval"; write the rows if reproducing.
+
+        Timings are written, not printed: they differ from run to run.
+        """
+        rows = [row for row in self.rows if row.unit != SECONDS]
+        width = max([len(row.id) for row in rows] + [8])
+        print(f"{'quantity':<{width}} | {'thesis':>8} | {'here':>8} | 95 % interval       | n")
+        print("-" * (width + 50))
+        for row in rows:
+            interval = f"{row.low} to {row.high}" if row.low else ""
+            unit = f" {row.unit}" if row.unit else ""
+            print(
+                f"{row.id:<{width}} | {row.thesis:>8} | {row.here:>8} | "
+                f"{interval + unit if interval else unit.strip():<19} | {row.n}"
+            )
+        out = os.environ.get(OUT)
+        if out:
+            path = Path(out) / "rows" / f"{self.notebook}.csv"
+            write_whole(path, self.table().to_csv(index=False, lineterminator="\n"))
+
+
+def _text(value):
+    """A number to four decimals or, where large, four significant digits."""
+    if value is None:
+        return ""
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    return f"{value:.4f}".rstrip("0").rstrip(".") if abs(value) < 1000 else f"{value:.0f}"
