@@ -16,7 +16,9 @@ def main(arguments=None):
     commands = parser.add_subparsers(dest="command", required=True)
 
     reproduce = commands.add_parser("reproduce", help="re-run the notebooks and write the report")
-    reproduce.add_argument("--data", help="folder of recordings (default: $MCNLAB_DATA, or bundled)")
+    reproduce.add_argument(
+        "--data", help="folder of recordings (default: $MCNLAB_DATA, or bundled)"
+    )
     reproduce.add_argument("--out", default="build", help="where results go (default: build)")
     reproduce.add_argument("--only", help="one notebook's name, or a part of it")
 

@@ -152,19 +152,17 @@ def pets2009_headings():
         When files are missing or damaged.
     """
     folder = data_folder()
-    if folder is None or not (folder / pedestrians.PETS / "PETS2009-S2L1.xml").is_file():
-        return read_table(
-            BUNDLED / pedestrians.PETS / "headings.csv.gz", dtype={SEQUENCE: str}
-        )
+    if folder is None or not all(path.is_file() for path in _pets_files(folder)):
+        return read_table(BUNDLED / pedestrians.PETS / "headings.csv.gz", dtype={SEQUENCE: str})
     return measure_pets2009(folder)
 
 
 def measure_pets2009(folder):
     """Measure the headings of PETS 2009 from the recordings in `folder`."""
-    folder = Path(folder)
-    recording = pedestrians.read_pets(folder / pedestrians.PETS)
-    place = pedestrians.read_tsai_place(folder / pedestrians.PETS / "View_001.xml")
-    world = pedestrians.read_mot_world(folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt")
+    boxes, calibration, positions = _pets_files(folder)
+    recording = pedestrians.read_pets(boxes.parent)
+    place = pedestrians.read_tsai_place(calibration)
+    world = pedestrians.read_mot_world(positions)
     headings = measure_headings(
         recording,
         focal_length=pedestrians.PETS_FOCAL_LENGTH,
@@ -224,12 +222,8 @@ def measure_all(folder, out, *, progress=False):
         )
         labels = recording.directions.rename_axis(SEQUENCE).to_csv(lineterminator="\n")
         written.append(write_whole(out / casia.NAME / "directions.csv", labels))
-    if (folder / pedestrians.PETS / "PETS2009-S2L1.xml").is_file():
-        files = [
-            folder / pedestrians.PETS / "PETS2009-S2L1.xml",
-            folder / pedestrians.PETS / "View_001.xml",
-            folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt",
-        ]
+    files = _pets_files(folder)
+    if all(path.is_file() for path in files):
         written += _write_tables(
             out / pedestrians.PETS,
             {"headings.csv.gz": measure_pets2009(folder)},
@@ -294,6 +288,16 @@ def read_table(path, **options):
         ) from fault
     except (OSError, EOFError, ValueError, UnicodeDecodeError, pd.errors.ParserError) as fault:
         raise DatasetError(f"{path} is not a table ({fault}); restore it.") from fault
+
+
+def _pets_files(folder):
+    """Boxes, calibration and world positions of PETS 2009 under a data folder."""
+    folder = Path(folder)
+    return [
+        folder / pedestrians.PETS / "PETS2009-S2L1.xml",
+        folder / pedestrians.PETS / "View_001.xml",
+        folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt",
+    ]
 
 
 def _write_tables(folder, tables, facts):

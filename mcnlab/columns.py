@@ -91,7 +91,9 @@ def check_boxes(boxes, *, argument="boxes"):
     backwards = same & (np.diff(frame) <= 0)
     split = len(np.unique(codes)) != 1 + np.count_nonzero(~same)
     if backwards.any() or split:
-        where = boxes[SEQUENCE].iloc[1 + int(np.flatnonzero(backwards)[0])] if backwards.any() else ""
+        where = (
+            boxes[SEQUENCE].iloc[1 + int(np.flatnonzero(backwards)[0])] if backwards.any() else ""
+        )
         raise TableError(
             f"{argument} has repeated or unsorted frames"
             + (f" in sequence {where!r}" if backwards.any() else "")
@@ -115,7 +117,7 @@ class Stack(NamedTuple):
     start: np.ndarray  # (n,) first frame number
     length: np.ndarray  # (n,) frames from first to last
     valid: np.ndarray  # (n, longest) where there is a box
-    values: dict  # column name → (n, longest), 0 where there is no box
+    curves: dict  # column name → (n, longest), 0 where there is no box
 
 
 def stack_sequences(boxes, names=MEASURES):
@@ -152,8 +154,8 @@ def stack_sequences(boxes, names=MEASURES):
     column = frame - start[row]
     valid = np.zeros((len(walks), int(length.max())), bool)
     valid[row, column] = True
-    values = {}
+    curves = {}
     for name in names:
-        values[name] = np.zeros(valid.shape)
-        values[name][row, column] = boxes[name].to_numpy(dtype=float)
-    return Stack([name for name, _ in walks], start, length, valid, values)
+        curves[name] = np.zeros(valid.shape)
+        curves[name][row, column] = boxes[name].to_numpy(dtype=float)
+    return Stack([name for name, _ in walks], start, length, valid, curves)

@@ -189,14 +189,14 @@ def measure_phase_space(recording):
     stack = columns.stack_sequences(recording.boxes)
     time = np.arange(stack.valid.shape[1]) / recording.frame_rate
     weights = uncut(stack, recording.frame_width, recording.frame_height).astype(float)
-    height, width = stack.values[H], stack.values[W]
+    height, width = stack.curves[H], stack.curves[W]
     safe_h, safe_w = np.where(stack.valid, height, 1.0), np.where(stack.valid, width, 1.0)
 
     mean_height = (weights * height).sum(axis=1) / weights.sum(axis=1)
     features = {
         "height_growth": relative_growth(time, safe_h, weights=weights),
         "width_growth": relative_growth(time, safe_w, weights=weights),
-        "sideways": fit_lines_robust(time, stack.values[CX], weights=weights)[0].slope
+        "sideways": fit_lines_robust(time, stack.curves[CX], weights=weights)[0].slope
         / mean_height,
     }
     return pd.DataFrame(features, index=pd.Index(stack.names, name=SEQUENCE))
@@ -221,7 +221,7 @@ def uncut(stack, frame_width, frame_height):
     """
     frame_width = require_number("frame_width", frame_width, above=0, unit="pixels")
     frame_height = require_number("frame_height", frame_height, above=0, unit="pixels")
-    box = stack.values
+    box = stack.curves
     clear = (
         stack.valid
         & (box[X] > 0)

@@ -99,6 +99,38 @@ def fit_lines_robust(x, y, *, weights=None, huber=HUBER, iterations=12):
     return line, final
 
 
+def fit_correlated(design, y, covariance):
+    """Generalised least squares, many problems at a time.
+
+    Parameters
+    ----------
+    design : ndarray, shape (..., n, k)
+        One column a coefficient.
+    y : ndarray, shape (..., n)
+    covariance : ndarray, shape (..., n, n)
+        Of the noise in `y`; positive definite.
+
+    Returns
+    -------
+    coefficients : ndarray, shape (..., k)
+    uncertainty : ndarray, shape (..., k, k)
+        The coefficients' covariance.
+    misfit : ndarray, shape (...)
+        Squared residual in units of the covariance: about n − k if that is right.
+
+    References
+    ----------
+    A. C. Aitken, Proc. Royal Society of Edinburgh 55, 1935.
+    """
+    whitened = np.linalg.solve(covariance, np.concatenate([design, y[..., None]], axis=-1))
+    across = np.swapaxes(design, -1, -2)
+    uncertainty = np.linalg.inv(across @ whitened[..., :-1])
+    coefficients = (uncertainty @ (across @ whitened[..., -1:]))[..., 0]
+    residual = y - (design @ coefficients[..., None])[..., 0]
+    white = whitened[..., -1] - (whitened[..., :-1] @ coefficients[..., None])[..., 0]
+    return coefficients, uncertainty, (residual * white).sum(axis=-1)
+
+
 def _check_points(x, y, weights):
     y = np.asarray(y, dtype=float)
     x = np.broadcast_to(np.asarray(x, dtype=float), y.shape)

@@ -100,9 +100,7 @@ def find_soft(frames, curve, maxima, minima, trend):
     return curve[maxima] < line[maxima], curve[minima] > line[minima]
 
 
-def measure_phase(
-    frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line"
-):
+def measure_phase(frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line"):
     """The phase of one curve, as the thesis finds it.
 
     Parameters

@@ -207,7 +207,8 @@ def measure_sequences(sequences, *, min_area=MIN_AREA, n_jobs=-1, progress=False
             problems.append(problem)
     if not tables:
         raise DatasetError(
-            "sequences: none could be measured. " + (problems[0] if problems else "The list is empty.")
+            "sequences: none could be measured. "
+            + (problems[0] if problems else "The list is empty.")
         )
     return pd.concat(tables, ignore_index=True), tuple(problems)
 
@@ -319,8 +320,14 @@ def _find_fragments(mask):
     )
     left, top, width, height, area = stats[1:].astype(int).T
     return _Fragments(
-        left + x, top + y, left + x + width, top + y + height, area, centroids[1:] + (x, y),
-        labels, window,
+        left + x,
+        top + y,
+        left + x + width,
+        top + y + height,
+        area,
+        centroids[1:] + np.array([x, y]),
+        labels,
+        window,
     )
 
 

@@ -65,9 +65,7 @@ def mirror_boxes(boxes, *, frame_width):
     """
     columns.check_boxes(boxes)
     frame_width = require_count("frame_width", frame_width, low=1)
-    return boxes.assign(
-        **{X: frame_width - boxes[X] - boxes[W], CX: (frame_width - 1) - boxes[CX]}
-    )
+    return boxes.assign(**{X: frame_width - boxes[X] - boxes[W], CX: (frame_width - 1) - boxes[CX]})
 
 
 def add_mirrored(recording, *, directions=OBLIQUE):

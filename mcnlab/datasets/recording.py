@@ -90,7 +90,7 @@ def check_directions(directions, sequences):
     missing = [name for name in sequences if name not in directions.index]
     if missing:
         raise DatasetError(
-            f"directions lacks a label for {', '.join(map(str, missing[:5]))}; label every sequence."
+            f"directions lacks a label for {', '.join(map(str, missing[:5]))}; label every one."
         )
     if not directions.index.is_unique:
         raise DatasetError("directions labels a sequence twice; keep one label each.")

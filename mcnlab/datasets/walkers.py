@@ -14,15 +14,15 @@ Sources
 -------
 Segment lengths: Drillis and Contini (1966), as fractions of stature, after Winter,
 *Biomechanics and Motor Control of Human Movement*.
-Thigh, knee and ankle: the mean curves of Winter and of Perry and Burnfield, *Gait
-Analysis: Normal and Pathological Function*, in whole degrees every tenth of a cycle, with
-a periodic cubic spline between.  The curves come from different people and say nothing of
-these segment lengths, so a least-squares fit has moved them (by 2.5° on average, at most
+Thigh, knee and ankle: approximate values every tenth of a cycle after the mean curves of
+Winter and of Perry and Burnfield, *Gait Analysis: Normal and Pathological Function*, with
+a periodic cubic spline between.  Those curves come from different people and know nothing
+of these segment lengths, so a least-squares fit has moved them (by 2° on average, at most
 6°) until both feet reach the ground in double support, the swinging foot clears it, the
-pelvis keeps an even pace and a stride is 0.88 statures, that of brisk walking.  They are
-normal-looking, not a clinical reference.
-Arms: Murray, Sepic and Barnard (1967), *Physical Therapy* 47, 272–284: one sinusoid
-between the published extremes.
+pelvis keeps an even pace and a stride is 0.88 statures, that of brisk walking.  They look
+normal; they are no clinical reference.
+Arms: one sinusoid a joint, the shoulder's between the extremes of Murray, Sepic and
+Barnard (1967), *Physical Therapy* 47, 272–284; the elbow's is set by eye.
 Radii are those of a clothed adult, set by eye against recorded silhouettes.
 """
 
@@ -65,7 +65,6 @@ _SHOULDER: Final = (-8.0, 16.0)
 _ELBOW: Final = (25.0, 12.0)
 
 # Fractions of stature.
-_HIP_HEIGHT: Final = 0.530
 _THIGH_LENGTH: Final = 0.245
 _SHANK_LENGTH: Final = 0.246
 _UPPER_ARM_LENGTH: Final = 0.186
@@ -89,8 +88,8 @@ _TRUNK: Final = {
 # 0.07 of stature; arms hang a little outwards.
 _LEG: Final = {
     "hip": (0.052, 0.068),
-    "knee": (0.046, 0.048),
-    "ankle": (0.038, 0.037),
+    "knee": (0.046, 0.051),
+    "ankle": (0.038, 0.038),
     "heel": (0.036, 0.022),
     "ball": (0.042, 0.020),
     "toe": (0.045, 0.014),
@@ -101,8 +100,8 @@ _ARM: Final = {
     "hand": (0.150, 0.026),
 }
 # Foot, in its own frame: forward and up from the ankle.  The sole is one radius lower.
-_FOOT: Final = {"heel": (-0.032, -0.017), "ball": (0.072, -0.021)}
-_TOE_LENGTH: Final = 0.040
+_FOOT: Final = {"heel": (-0.029, -0.017), "ball": (0.072, -0.021)}
+_TOE_LENGTH: Final = 0.034
 
 _CAPSULES: Final = (
     ("head", "crown", "jaw"),
@@ -150,7 +149,7 @@ _RADII: Final = np.array(
 _CYCLE_SAMPLES: Final = 400
 _PACE_PERIOD: Final = 3.0  # seconds, of a wobbling pace
 _NEAREST: Final = 0.3  # metres from the lens; nearer, a ball's image is no circle
-_ARC_POINTS: Final = 8  # on each of a capsule's two ends
+_ARC_POINTS: Final = 9  # on each of a capsule's two ends; odd, to have one at the very end
 _SHIFT: Final = 4  # fractional bits of the polygons' corners
 _OUTLINE: Final = 0.5  # pixels that cv2.fillConvexPoly adds all round, as it draws the outline
 _MAX_FRAMES: Final = 127  # the longest walk in CASIA A
@@ -178,7 +177,7 @@ class Body:
     stature : float
         Metres.
     build : float
-        Multiplies every radius; 1 is an adult in a light coat.
+        Multiplies every radius but the feet's; 1 is an adult in a light coat.
     cadence : float
         Steps a second.
     stride : float
@@ -631,6 +630,11 @@ def make_walks(
     -------
     list of SyntheticWalk
         Named ``s01-d3_1``: person, direction, repeat.
+
+    Raises
+    ------
+    ArgumentError
+        When `distances` puts a walker where the frame does not show the whole body.
     """
     require_count("subjects", subjects, low=1)
     require_count("repeats", repeats, low=1)
