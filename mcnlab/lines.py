@@ -28,6 +28,31 @@ class Line(NamedTuple):
         return slope * np.asarray(x) + intercept
 
 
+def fit_line(x, y):
+    """The thesis's linear regression of one curve (section 3.2.1, misprints mended).
+
+    Slope m = (n∑xy − ∑x∑y) / (n∑x² − (∑x)²), computed about the means, which is the same
+    and loses fewer digits.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (n,)
+        Finite, at least two different `x`.
+
+    Returns
+    -------
+    Line
+        Two floats.
+    """
+    mean_x, mean_y = float(x.mean()), float(y.mean())
+    dx = x - mean_x
+    square = float(dx @ dx)
+    if square == 0:
+        raise ArgumentError("x needs at least two different values to fit a line; add points.")
+    slope = float(dx @ y) / square
+    return Line(slope, mean_y - slope * mean_x)
+
+
 def fit_lines(x, y, *, weights=None):
     """Least-squares lines along the last axis.
 

@@ -452,14 +452,7 @@ def estimate_focal_length(recording, *, shared="subject", low=100.0, high=2000.0
         When no subject has two walks, or the spread has no minimum within the range.
     """
     subjects = recording.subjects
-    if recording.copies:
-        own = recording.boxes[~recording.boxes[SEQUENCE].isin(recording.copies)]
-        labels = recording.directions
-        recording = recording.with_boxes(
-            own.reset_index(drop=True),
-            copies=frozenset(),
-            directions=None if labels is None else labels.drop(list(recording.copies)),
-        )
+    recording = recording.without_copies()
     reference = 1000.0
     walks = measure_headings(recording, focal_length=reference, shared=shared)
     who = subjects[walks[SEQUENCE]].to_numpy()

@@ -12,7 +12,7 @@ from scipy.signal import find_peaks
 from mcnlab import columns
 from mcnlab.columns import FRAME, SEQUENCE, H, W
 from mcnlab.errors import ArgumentError, require_choice, require_number
-from mcnlab.lines import Line, fit_lines, fit_lines_robust
+from mcnlab.lines import Line, fit_line, fit_lines_robust
 
 PROMINENCE = 1.0  # pixels: the least rise that makes an extremum; the thesis gives none
 SPACING = 5  # frames between like extrema, under half a step at 25 frames a second
@@ -131,24 +131,23 @@ def measure_phase(frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft
         )
     require_choice("soft_rule", soft_rule, SOFT_RULES)
     maxima, minima = find_extrema(curve, prominence=prominence, spacing=spacing)
-    trend = Line(*(float(value) for value in fit_lines(frames, curve)))
+    trend = fit_line(frames, curve)
     soft = np.zeros(0, int)
     if soft_rule == "line":
         soft_maxima, soft_minima = find_soft(frames, curve, maxima, minima, trend)
         soft = np.sort(np.r_[maxima[soft_maxima], minima[soft_minima]])
         maxima, minima = maxima[~soft_maxima], minima[~soft_minima]
     upper, lower = (
-        Line(*(float(value) for value in fit_lines(frames[at], curve[at])))
-        if len(at) >= 2
-        else trend
-        for at in (maxima, minima)
+        fit_line(frames[at], curve[at]) if len(at) >= 2 else trend for at in (maxima, minima)
     )
     mean = Line((upper.slope + lower.slope) / 2, (upper.intercept + lower.intercept) / 2)
     complete = len(maxima) >= 2 and len(minima) >= 2
     return Phase(frames, curve, maxima, minima, soft, trend, upper, lower, mean, complete)
 
 
-def measure_phases(boxes, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line"):
+def measure_phases(
+    boxes, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line", dimensions=(H, W)
+):
     """The thesis's phases of every walk.
 
     Parameters
@@ -157,6 +156,8 @@ def measure_phases(boxes, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="
         A box table.
     prominence, spacing, soft_rule : optional
         As in `measure_phase`.
+    dimensions : iterable of {"h", "w"}, optional
+        Which curves.
 
     Returns
     -------
@@ -171,7 +172,9 @@ def measure_phases(boxes, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="
     """
     columns.check_boxes(boxes)
     frames = boxes[FRAME].to_numpy(float)
-    curves = {"h": boxes[H].to_numpy(float), "w": boxes[W].to_numpy(float)}
+    curves = {
+        require_choice("dimensions", key, (H, W)): boxes[key].to_numpy(float) for key in dimensions
+    }
     thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
     rows, names = [], []
     for name, at in columns.split_sequences(boxes):

@@ -78,6 +78,17 @@ class Recording:
         """A copy with other boxes."""
         return replace(self, boxes=boxes, **changes)
 
+    def without_copies(self):
+        """The recording without its mirrored copies: what was filmed."""
+        if not self.copies:
+            return self
+        labels = self.directions
+        return self.with_boxes(
+            self.boxes[~self.boxes[columns.SEQUENCE].isin(self.copies)].reset_index(drop=True),
+            directions=None if labels is None else labels.drop(list(self.copies)),
+            copies=frozenset(),
+        )
+
 
 def check_directions(directions, sequences):
     """Raise `DatasetError` unless every label is 1 … 8 and belongs to one of `sequences`."""

@@ -74,9 +74,9 @@ _HAND_LENGTH: Final = 0.070  # of a half-closed hand; stretched it is 0.108
 # The balls that capsules join, with lateral, upward and forward offset from the mid-point
 # between the hips, and radius.  Both sides are listed; left is negative.
 _TRUNK: Final = {
-    "crown": (0.0, 0.418, 0.010, 0.052),
-    "jaw": (0.0, 0.382, 0.014, 0.046),
-    "nape": (0.0, 0.280, 0.000, 0.048),
+    "crown": (0.0, 0.415, 0.010, 0.055),
+    "jaw": (0.0, 0.376, 0.016, 0.049),
+    "nape": (0.0, 0.285, 0.002, 0.052),
     "left chest": (-0.060, 0.205, 0.000, 0.076),
     "right chest": (0.060, 0.205, 0.000, 0.076),
     "left waist": (-0.056, 0.050, 0.002, 0.074),

@@ -1,0 +1,272 @@
+"""How the methods are judged: the same walks, the same questions, an interval each."""
+
+import numpy as np
+import pandas as pd
+
+from mcnlab.columns import DIRECTION, SEQUENCE
+from mcnlab.datasets.noise import SegmentationNoise, add_noise
+from mcnlab.datasets.recording import Recording
+from mcnlab.datasets.walkers import View, make_walks
+from mcnlab.direction import (
+    LinearSeparators,
+    group_of,
+    heading_of,
+    leave_one_subject_out,
+    measure_phase_space,
+    phase_space_classifier,
+    turn_between,
+)
+from mcnlab.errors import ArgumentError, SilhouetteError, require_count
+from mcnlab.perspective import measure_headings
+from mcnlab.phase import measure_phases
+from mcnlab.results import accuracy, mean_by_subject
+from mcnlab.silhouettes import measure_sequence
+
+# The noise that the closed form must stand: level 1 of the noise figure.
+HARD_NOISE = SegmentationNoise(specks=20, cut_limbs=1, missing=0.05)
+
+
+def truth_of(recording, sequences=None):
+    """True directions 1 … 8, one a sequence named (each of the recording's if None)."""
+    if recording.directions is None:
+        raise ArgumentError(f"{recording.name} has no direction labels; pass a labelled recording.")
+    names = recording.sequences if sequences is None else sequences
+    return recording.directions[names].to_numpy()
+
+
+def is_own(recording, sequences=None):
+    """False for mirrored copies: one flag a sequence named."""
+    names = recording.sequences if sequences is None else sequences
+    return ~np.isin(np.asarray(names, dtype=object), list(recording.copies))
+
+
+def judge_phase(recording, phases):
+    """Judge one phase as the thesis does, and honestly.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.
+    phases : pandas.Series or array_like, shape (n,)
+        One a sequence, in the recording's order.
+
+    Returns
+    -------
+    resubstitution, loso : Estimate
+        Share of the five groups told right by separators that were placed on the same
+        videos, and by separators placed without the subject's.  Mirrored copies count
+        in the share, not in the interval.
+    """
+    phases = np.asarray(phases, dtype=float)
+    groups = group_of(truth_of(recording))
+    fitted = LinearSeparators().fit(phases, groups).predict(phases)
+    subjects = recording.subjects.to_numpy()
+    left_out = leave_one_subject_out(LinearSeparators(), phases, groups, subjects)
+    own = is_own(recording)
+    return accuracy(fitted == groups, own=own), accuracy(left_out == groups, own=own)
+
+
+def judge_phase_space(recording):
+    """Eight directions from several phases, one subject left out at a time.
+
+    Returns
+    -------
+    estimate : Estimate
+    said : ndarray
+        The direction said of each sequence.
+    """
+    space = measure_phase_space(recording)
+    truth = truth_of(recording, space.index)
+    subjects = recording.subjects[space.index].to_numpy()
+    said = leave_one_subject_out(phase_space_classifier(), space.to_numpy(), truth, subjects)
+    return accuracy(said == truth, own=is_own(recording, space.index)), said
+
+
+def judge_headings(recording, headings):
+    """Judge headings against direction labels.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.
+    headings : pandas.DataFrame
+        From `perspective.measure_headings`.
+
+    Returns
+    -------
+    right : Estimate
+        Share of directions right.
+    error : Estimate
+        Mean absolute error, degrees, bootstrapped by subject.
+    errors : ndarray
+        Signed, degrees.
+    """
+    names = headings[SEQUENCE].to_numpy()
+    truth = truth_of(recording, names)
+    errors = turn_between(headings["heading"].to_numpy(), heading_of(truth))
+    right = accuracy(headings[DIRECTION].to_numpy() == truth, own=is_own(recording, names))
+    subjects = recording.subjects[names].to_numpy()
+    return right, mean_by_subject(np.abs(errors), subjects), errors
+
+
+def judge_pets(headings, *, least_speed=0.6):
+    """Judge PETS 2009 headings against world truth.
+
+    Parameters
+    ----------
+    headings : pandas.DataFrame
+        From `bundled.pets2009_headings`.
+    least_speed : float, optional
+        m/s; who hardly moves has no heading.
+
+    Returns
+    -------
+    dict
+        ``direction8``, ``within45`` and ``mae_deg``, each an `Estimate`.
+    """
+    moving = headings[headings["true_speed"] > least_speed]
+    if moving.empty:
+        raise ArgumentError(
+            f"headings: nobody is faster than {least_speed} m/s; lower least_speed."
+        )
+    error = moving["error"].to_numpy()
+    said = np.round(moving["sight"].to_numpy() / 45) % 8
+    true = np.round(moving["true_sight"].to_numpy() / 45) % 8
+    return {
+        "direction8": accuracy(said == true),
+        "within45": accuracy(np.abs(error) <= 45),
+        "mae_deg": mean_by_subject(np.abs(error), moving[SEQUENCE]),
+    }
+
+
+def record_walks(walks, *, noise=None, seed=0, name="synthetic", n_jobs=1):
+    """Measure synthetic walks as real ones are, through noise if wanted.
+
+    Parameters
+    ----------
+    walks : list of SyntheticWalk
+        From one kind of camera.
+    noise : SegmentationNoise, optional
+    seed : int, optional
+        Of the noise.
+    name : str, optional
+    n_jobs : int, optional
+        Processes, as joblib counts them.
+
+    Returns
+    -------
+    Recording
+        With the directions nearest to the true headings as labels.  A walk in which no
+        frame shows one walker is left out and named in ``problems``.
+    """
+    from joblib import Parallel, delayed
+
+    if not walks:
+        raise ArgumentError("walks is empty; pass at least one.")
+    # Threads: OpenCV lets go of the interpreter, and the masks need not be copied.
+    measured = Parallel(n_jobs=n_jobs, prefer="threads")(
+        delayed(_measure_walk)(walk, noise, seed + number) for number, walk in enumerate(walks)
+    )
+    tables = [table for table, _ in measured if table is not None]
+    if not tables:
+        raise ArgumentError("noise hides every walker; turn it down.")
+    boxes = pd.concat(tables, ignore_index=True)
+    kept = set(boxes[SEQUENCE])
+    view, labels = walks[0].view, {walk.name: walk.direction for walk in walks}
+    return Recording(
+        name,
+        boxes,
+        walks[0].walk.frame_rate,
+        view.frame_width,
+        view.frame_height,
+        directions=pd.Series({key: value for key, value in labels.items() if key in kept}),
+        problems=tuple(problem for _, problem in measured if problem),
+    )
+
+
+def accuracy_under_noise(
+    levels, *, subjects=8, noise=HARD_NOISE, seed=0, focal_length=None, n_jobs=-1
+):
+    """Accuracy of three methods on synthetic walkers, as segmentation gets worse.
+
+    The separators of the thesis's phase and of the growth rate are placed on noise-free
+    walks of other people; the closed form learns nothing.
+
+    Parameters
+    ----------
+    levels : sequence of float
+        Multiples of `noise`.
+    subjects : int, optional
+        People to test on; as many others to learn from.
+    noise : SegmentationNoise, optional
+    seed : int, optional
+    focal_length : float, optional
+        Pixels; the synthetic camera's own if not given.
+    n_jobs : int, optional
+
+    Returns
+    -------
+    dict
+        ``"thesis, height"`` and ``"growth"`` (five groups), ``"perspective"`` (eight
+        directions) → list of `Estimate`, one a level.  A walk that could not be
+        measured counts as wrong.
+    """
+    subjects = require_count("subjects", subjects, low=1)
+    walks = make_walks(subjects=2 * subjects, seed=seed)
+    half = 8 * subjects
+    learn = record_walks(walks[:half], n_jobs=n_jobs)
+    groups = group_of(truth_of(learn))
+    thesis = LinearSeparators().fit(measure_phases(learn.boxes)["m_h"].to_numpy(), groups)
+    growth = LinearSeparators().fit(measure_phase_space(learn)["height_growth"].to_numpy(), groups)
+    focal_length = View().focal_length if focal_length is None else focal_length
+    found = {"thesis, height": [], "growth": [], "perspective": []}
+    for level in levels:
+        seen = record_walks(walks[half:], noise=noise.scaled(level), seed=seed + 1, n_jobs=n_jobs)
+        truth = truth_of(seen)
+        slopes = measure_phases(seen.boxes)["m_h"].to_numpy()
+        rates = measure_phase_space(seen)["height_growth"].to_numpy()
+        headings = measure_headings(seen, focal_length=focal_length)
+        right = {
+            "thesis, height": thesis.predict(slopes) == group_of(truth),
+            "growth": growth.predict(rates) == group_of(truth),
+            "perspective": headings[DIRECTION].to_numpy()
+            == truth_of(seen, headings[SEQUENCE].to_numpy()),
+        }
+        for method, flags in right.items():
+            lost = np.zeros(half - len(flags), dtype=bool)
+            found[method].append(accuracy(np.r_[flags, lost]))
+    return found
+
+
+def calibration(headings, true_headings, *, levels):
+    """How often the interval of a given level holds the true heading.
+
+    Parameters
+    ----------
+    headings : pandas.DataFrame
+        From `perspective.measure_headings`.
+    true_headings : array_like
+        Degrees, one a row.
+    levels : sequence of float
+        Nominal shares between 0 and 1.
+
+    Returns
+    -------
+    list of Estimate
+    """
+    from scipy import stats
+
+    errors = np.abs(turn_between(headings["heading"].to_numpy(), true_headings))
+    # The margins are 95 % ones; the others follow by the normal quantiles' ratio.
+    return [
+        accuracy(errors <= headings["margin"].to_numpy() * stats.norm.ppf(0.5 + level / 2) / 1.96)
+        for level in levels
+    ]
+
+
+def _measure_walk(walk, noise, seed):
+    masks = walk.masks if noise is None else add_noise(walk.masks, noise, seed=seed)
+    try:
+        return measure_sequence(masks, sequence=walk.name, subject=walk.subject), None
+    except SilhouetteError as fault:
+        return None, f"{walk.name}: {fault}"

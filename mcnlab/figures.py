@@ -1,0 +1,706 @@
+"""The figures by number: ``show("3.12", …)`` draws the thesis's Figure 3.12.
+
+A notebook shows each figure that it covers; a reproduction keeps the picture as
+``figure-3.12.png``.  Figures that go beyond the thesis have names instead of numbers.
+"""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from mcnlab import phase as phases
+from mcnlab import plotting
+from mcnlab.columns import FRAME, SEQUENCE, SUBJECT, H, W
+from mcnlab.direction import DIRECTIONS, LinearSeparators, group_of
+from mcnlab.errors import ArgumentError
+from mcnlab.evaluation import truth_of
+from mcnlab.results import OUT
+from mcnlab.silhouettes import close_gaps, find_body, rectify_with_flow
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One figure of the report.
+
+    Attributes
+    ----------
+    number : str
+        The thesis's number, or a name.
+    title : str
+    section : str
+        Of the thesis; empty beyond it.
+    notebook : str
+        Its file name without the ending.
+    claim : str
+        What the thesis says of it, in our words; or what the figure asks.
+    finding : str
+        What we see, where no result row says it.
+    ids : tuple of str
+        The result rows that judge it.
+    draw : callable
+        Returns the matplotlib figure.
+    """
+
+    number: str
+    title: str
+    section: str
+    notebook: str
+    claim: str
+    finding: str
+    ids: tuple
+    draw: Callable
+
+    @property
+    def file(self):
+        """The picture's file name."""
+        return f"figure-{self.number}.png"
+
+
+FIGURES = {}
+
+
+def show(number, *args, **options):
+    """Draw a figure, keep its picture if reproducing, and show it.
+
+    Parameters
+    ----------
+    number : str
+        As in ``FIGURES``: ``"3.12"``.
+    *args, **options
+        What the figure's function takes.
+
+    Raises
+    ------
+    ArgumentError
+        When there is no such figure.
+    """
+    figure = draw(number, *args, **options)
+    out = os.environ.get(OUT)
+    if out:
+        folder = Path(out) / "figures"
+        folder.mkdir(parents=True, exist_ok=True)
+        partial = folder / f".{FIGURES[number].file}"
+        # No date and no version: the same picture gives the same bytes.
+        figure.savefig(partial, format="png", metadata={"Software": None})
+        partial.replace(folder / FIGURES[number].file)
+    plt.show()
+
+
+def draw(number, *args, **options):
+    """Draw a figure and return it."""
+    if number not in FIGURES:
+        raise ArgumentError(f"number is {number!r}; pass one of {', '.join(FIGURES)}.")
+    plotting.use_style()
+    return FIGURES[number].draw(*args, **options)
+
+
+def _figure(number, title, *, notebook, claim, section="", finding="", ids=()):
+    def register(function):
+        FIGURES[number] = Entry(number, title, section, notebook, claim, finding, ids, function)
+        return function
+
+    return register
+
+
+MIRROR, TRACE = "mirror_casia_a", "trace_silhouette_curves"
+SEPARATE, READ = "separate_directions_in_phase_space", "read_heading_from_perspective"
+START = "start_here"
+
+
+@_figure(
+    "3.2",
+    "Eight directions of motion",
+    section="3.2.1",
+    notebook=START,
+    claim="Eight directions, 45° apart, are enough to foresee occlusion.",
+    finding="Numbered clockwise from away; the figure itself is lost, the tables agree with "
+    "this reading.",
+)
+def directions():
+    """Figure 3.2."""
+    figure, ax = plt.subplots(figsize=(5, 5))
+    plotting.plot_directions(ax)
+    return figure
+
+
+@_figure(
+    "mirror",
+    "Mirroring makes eight directions out of six",
+    notebook=MIRROR,
+    claim="320 videos, 40 in each direction, by mirroring the 45° walks (section 3.1).",
+    ids=("casia-a.videos", "casia-a.videos_per_direction"),
+)
+def mirroring(recording, mirrored):
+    """Videos a direction before and after mirroring, and one walk beside its mirror image."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(1, 1.2))
+    before = np.bincount(truth_of(recording), minlength=9)[1:]
+    after = np.bincount(truth_of(mirrored), minlength=9)[1:]
+    colours = [plotting.colour_of(direction) for direction in DIRECTIONS]
+    left.bar(DIRECTIONS, after, color="white", edgecolor=colours, hatch="///", label="mirrored")
+    left.bar(DIRECTIONS, before, color=colours, label="filmed")
+    left.set(xlabel="direction", ylabel="videos", xticks=DIRECTIONS, title="Videos a direction")
+    left.legend(loc="lower right", facecolor="white", frameon=True)
+    copy = sorted(mirrored.copies)[0]
+    original = copy.removesuffix("-mirror")
+    for name in (original, copy):
+        plotting.plot_boxes(
+            mirrored.sequence(name),
+            frame_width=mirrored.frame_width,
+            frame_height=mirrored.frame_height,
+            every=12,
+            direction=int(mirrored.directions[name]),
+            ax=right,
+        )
+    right.axvline((mirrored.frame_width - 1) / 2, color=plotting.INK, lw=0.8, ls=":")
+    right.set_title(f"{original} and its mirror image")
+    return figure
+
+
+@_figure(
+    "3.3",
+    "How a walker's box changes",
+    section="3.2.1",
+    notebook=TRACE,
+    claim="Size and place of the box together make a pattern that is unique to each direction.",
+    finding="Left and right differ in place only: their sizes are mirror images.",
+)
+def box_patterns(recording, *, subject=None):
+    """Figure 3.3: one subject's boxes in each of the eight directions."""
+    figure, axes = plt.subplots(2, 4, figsize=(11, 4.4))
+    for direction, ax in zip(DIRECTIONS, axes.flat, strict=True):
+        plotting.plot_boxes(
+            example_walk(recording, direction, subject=subject),
+            frame_width=recording.frame_width,
+            frame_height=recording.frame_height,
+            every=10,
+            direction=direction,
+            ax=ax,
+        )
+    return figure
+
+
+@_figure(
+    "3.4",
+    "Height against frame number",
+    section="3.2.1",
+    notebook=TRACE,
+    claim="Height stays level across the view, grows toward the camera and shrinks away from it.",
+    finding="So it does, with a ripple of a few pixels at every step.",
+)
+def height_curves(recording, *, subject=None):
+    """Figure 3.4: four directions."""
+    return _curves(recording, H, subject)
+
+
+@_figure(
+    "3.5",
+    "Width against frame number",
+    section="3.2.1",
+    notebook=TRACE,
+    claim="Across the view, width swings with the legs at regular intervals.",
+    finding="It swings in every oblique view too, and hides the slope that it is to show.",
+)
+def width_curves(recording, *, subject=None):
+    """Figure 3.5: four directions."""
+    return _curves(recording, W, subject)
+
+
+@_figure(
+    "3.6",
+    "Frame rectification and removal of unwanted blobs",
+    section="3.2.1 (a)",
+    notebook=TRACE,
+    claim="The largest connected component is the subject; optical flow mends the segmentation.",
+    finding="The largest component alone loses heads and legs; fragments in one column with it "
+    "are kept here, and the flow's vote brings back what is lost for a few frames.",
+)
+def rectified_frames(first, second):
+    """Figure 3.6: two sequences of masks as they come, and mended."""
+    figure, axes = plt.subplots(4, 5, figsize=(11, 6.6))
+    for masks, rows, name in ((first, axes[:2], "sequence 1"), (second, axes[2:], "sequence 2")):
+        at = np.linspace(2, len(masks) - 3, 5).astype(int)
+        mended = rectify_with_flow(masks)
+        for index, raw, clean in zip(at, *rows, strict=True):
+            plotting.plot_mask(masks[index], title=f"{name}, frame {index + 1}", ax=raw)
+            plotting.plot_mask(find_body(mended[index]).mask, title="mended", ax=clean)
+    return figure
+
+
+@_figure(
+    "3.7",
+    "Morphological operations and tracking",
+    section="3.2.1 (b)",
+    notebook=TRACE,
+    claim="A box fitted to the mended silhouette follows the subject.",
+    finding="Direction 6; the box holds from frame to frame.",
+)
+def tracked_frames(masks):
+    """Figure 3.7: noise removed and closed above, boxed below."""
+    figure, axes = plt.subplots(2, 5, figsize=(11, 3.5))
+    for index, above, below in zip(
+        np.linspace(2, len(masks) - 3, 5).astype(int), *axes, strict=True
+    ):
+        body = find_body(masks[index])
+        closed = close_gaps(body.mask)
+        plotting.plot_mask(closed, title=f"frame {index + 1}", ax=above)
+        plotting.plot_mask(closed, box=(body.x, body.y, body.w, body.h), ax=below)
+    return figure
+
+
+@_figure(
+    "3.8",
+    "Envelope over the plot",
+    section="3.2.1 (c)",
+    notebook=TRACE,
+    claim="Maxima and minima of a gait cycle bound the curve between two lines.",
+    finding="So they do where the curve has enough of them.",
+)
+def envelope(walk, **thresholds):
+    """Figure 3.8."""
+    figure, ax = plt.subplots()
+    plotting.plot_phase(
+        _phase(walk, W, thresholds), dimension="w", parts=("extrema", "envelope"), ax=ax
+    )
+    return figure
+
+
+@_figure(
+    "3.9",
+    "Detection and removal of soft extrema",
+    section="3.2.1 (c)",
+    notebook=TRACE,
+    claim="A maximum below the regression line, or a minimum above it, is misplaced.",
+    finding="The rule drops the ripples of bad segmentation, and some true extrema with them.",
+)
+def soft_extrema(walk, **thresholds):
+    """Figure 3.9: (a) with soft extrema, (b) without."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    found = _phase(walk, W, thresholds)
+    for ax, parts, title in zip(
+        axes,
+        (("extrema", "soft", "trend"), ("extrema", "trend")),
+        ("(a) with soft extrema", "(b) without"),
+        strict=True,
+    ):
+        plotting.plot_phase(found, dimension="w", parts=parts, ax=ax)
+        ax.set_title(title)
+    return figure
+
+
+@_figure(
+    "3.10",
+    "Envelope and average line",
+    section="3.2.1 (c)",
+    notebook=TRACE,
+    claim="The line midway between the two envelope lines is the walk's phase.",
+    finding="Drawn as defined; its slope is m_w here.",
+)
+def average_line(walk, **thresholds):
+    """Figure 3.10: (a) envelope, (b) the average line with it."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    found = _phase(walk, W, thresholds)
+    plotting.plot_phase(found, dimension="w", parts=("extrema", "envelope"), ax=axes[0])
+    plotting.plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=axes[1])
+    axes[0].set_title("(a) envelope")
+    axes[1].set_title("(b) average line: the phase")
+    return figure
+
+
+@_figure(
+    "3.11",
+    "Near and far in one direction",
+    section="3.2.1 (d)",
+    notebook=TRACE,
+    claim="Distance changes the span of the graph but not its phase.",
+    finding="True where the phase is about zero, as in direction 3; elsewhere the slope grows "
+    "with nearness (see the slope figure).",
+)
+def near_and_far(recording, **thresholds):
+    """Figure 3.11: the tallest and the smallest walker in direction 3."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    mean = recording.boxes.groupby(SEQUENCE, sort=False)[H].mean()
+    right = mean[recording.directions[mean.index] == 3]
+    for ax, name, title in zip(
+        axes, (right.idxmax(), right.idxmin()), ("(a) closer", "(b) farther"), strict=True
+    ):
+        found = _phase(recording.sequence(name), W, thresholds)
+        plotting.plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=ax)
+        ax.set_title(f"{title}: {name}, {mean[name]:.0f} pixels tall")
+    return figure
+
+
+@_figure(
+    "3.12",
+    "Directions by height",
+    section="3.2.1 (e)",
+    notebook=SEPARATE,
+    claim="Best-fitting linear separators on m_h tell the direction in 93.75 % of 320 videos.",
+    ids=("direction.height.phase5.resubstitution", "direction.height.phase5.loso"),
+)
+def phases_by_height(recording, measured):
+    """Figure 3.12: m_h against video."""
+    return _phase_figure(recording, measured["m_h"], "m_h, slope of height (pixels a frame)")
+
+
+@_figure(
+    "3.13",
+    "Directions by width",
+    section="3.2.1 (e)",
+    notebook=SEPARATE,
+    claim="Best-fitting linear separators on m_w tell the direction in 83.75 % of 320 videos.",
+    ids=("direction.width.phase5.resubstitution", "direction.width.phase5.loso"),
+)
+def phases_by_width(recording, measured):
+    """Figure 3.13: m_w against video."""
+    return _phase_figure(recording, measured["m_w"], "m_w, slope of width (pixels a frame)")
+
+
+@_figure(
+    "growth",
+    "The relative growth of height",
+    notebook=SEPARATE,
+    claim="Does a phase that does not depend on distance separate the five groups better?",
+    ids=("direction.height-growth.phase5.loso",),
+)
+def phases_by_growth(recording, space):
+    """Relative growth against video, with its separators."""
+    return _phase_figure(recording, space["height_growth"], "relative growth of height (1/s)")
+
+
+@_figure(
+    "slope",
+    "Why the slope depends on distance",
+    notebook=SEPARATE,
+    claim="The thesis calls the slope distance-invariant (section 3.2.1 (d)).",
+    finding="It is not: in one direction a taller image means a steeper slope. The relative "
+    "growth depends on it less.",
+)
+def slope_and_distance(recording, measured, space):
+    """Raw slope and relative growth against mean box height, walks along the view."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4))
+    mean = recording.boxes.groupby(SEQUENCE, sort=False)[H].mean()
+    truth = truth_of(recording)
+    for ax, values, label in (
+        (axes[0], measured["m_h"], "m_h (pixels a frame)"),
+        (axes[1], space["height_growth"], "relative growth of height (1/s)"),
+    ):
+        for direction in DIRECTIONS:
+            at = truth == direction
+            ax.plot(
+                mean.to_numpy()[at],
+                values.to_numpy()[at],
+                ls="",
+                color=plotting.colour_of(direction),
+                marker=plotting.marker_of(direction),
+            )
+        ax.set(xlabel="mean box height (pixels)", ylabel=label)
+    plotting.group_legend(axes[1])
+    axes[0].set_title("slope: fans out with nearness")
+    axes[1].set_title("relative growth: less so")
+    return figure
+
+
+@_figure(
+    "phase-space",
+    "Eight directions in the phase space",
+    notebook=SEPARATE,
+    claim="Can linear separators tell all eight directions, left and right included?",
+    ids=("direction.phase-space.direction8.loso",),
+)
+def phase_space(recording, space):
+    """Sideways speed against relative growth."""
+    figure, ax = plt.subplots(figsize=(8, 5))
+    plotting.plot_phase_space(space, truth_of(recording, space.index), ax=ax)
+    return figure
+
+
+@_figure(
+    "geometry",
+    "The body as a ruler",
+    notebook=READ,
+    claim="A body of height H, s pixels tall, stands f/s body heights away.",
+    finding="Similar triangles: s/f = H/Z. No calibration is needed but the focal length.",
+)
+def geometry():
+    """A pinhole camera from the side: two places of one walker."""
+    figure, ax = plt.subplots(figsize=(9, 3.6))
+    focal, eye, stature = 1.2, 1.0, 1.7
+    ax.plot([-0.2, 10], [0, 0], color=plotting.INK, lw=1)
+    ax.plot([0, 10], [eye, eye], color=plotting.UPPER, ls="--", lw=1)
+    ax.text(9.9, eye + 0.06, "horizon", ha="right", color=plotting.UPPER)
+    ax.plot([focal, focal], [0.05, 2.0], color=plotting.PALE, lw=4)
+    ax.text(focal, 2.06, "image, f before the pinhole", ha="center")
+    for place, direction in ((4.0, 5), (8.0, 1)):
+        colour = plotting.colour_of(direction)
+        ax.plot([place, place], [0, stature], color=colour, lw=5, solid_capstyle="round")
+        rows = [eye + focal * (level - eye) / place for level in (0, stature)]
+        for level in (0, stature):
+            ax.plot([0, place], [eye, level], color=colour, lw=0.8)
+        ax.plot([focal, focal], rows, color=colour, lw=6, solid_capstyle="butt")
+        ax.text(place, stature + 0.08, f"H at Z = {place:.0f} m", ha="center")
+        ax.annotate(
+            f"s = f·H/{place:.0f}",
+            xy=(focal, rows[0]),
+            xytext=(focal + 0.35, 0.12 if direction == 5 else 0.36),
+            color=colour,
+            va="center",
+            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6},
+        )
+    ax.plot(0, eye, "o", color=plotting.INK)
+    ax.text(-0.08, eye, "pinhole", ha="right", va="center")
+    ax.set(xlim=(-0.9, 10.2), ylim=(-0.1, 2.3))
+    ax.axis("off")
+    return figure
+
+
+@_figure(
+    "horizon",
+    "The horizon from the walkers",
+    notebook=READ,
+    claim="Box height is linear in the row of the feet; where it would be zero is the horizon.",
+    finding="Left a subject of CASIA A, the camera at eye level; right synthetic people under "
+    "a camera 7 m up.",
+)
+def horizons(level_boxes, level_camera, high_boxes, high_camera):
+    """Box height against foot row for a level and a high camera."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4))
+    for ax, boxes, camera, name in (
+        (axes[0], level_boxes, level_camera, "CASIA A"),
+        (axes[1], high_boxes, high_camera, "synthetic, high camera"),
+    ):
+        plotting.plot_horizon(boxes, camera, ax=ax)
+        ax.set_title(
+            f"{name}: tilt {np.degrees(camera.tilt):.1f}°, {camera.feet:.2f} body heights up"
+        )
+    return figure
+
+
+@_figure(
+    "heading",
+    "Heading errors of whole walks",
+    notebook=READ,
+    claim="Without training, is every direction right?",
+    ids=(
+        "direction.perspective.direction8",
+        "direction.perspective.direction8.1s",
+        "direction.perspective.direction8.0.5s",
+        "direction.perspective.mae_deg",
+    ),
+)
+def heading_errors(recording, errors_by_window):
+    """Signed heading errors by true direction, for each window length.
+
+    Parameters
+    ----------
+    recording : Recording
+    errors_by_window : dict
+        Title → (headings table, signed errors).
+    """
+    figure, axes = plt.subplots(
+        len(errors_by_window), 1, figsize=(9, 2.9 * len(errors_by_window)), squeeze=False
+    )
+    for ax, (title, (headings, errors)) in zip(axes[:, 0], errors_by_window.items(), strict=True):
+        truth = truth_of(recording, headings[SEQUENCE].to_numpy())
+        plotting.plot_heading_errors(errors, truth, ax=ax)
+        ax.set_title(title)
+    for ax in axes[:-1, 0]:
+        ax.set_xlabel("")
+    return figure
+
+
+@_figure(
+    "focal-length",
+    "How much the focal length matters",
+    notebook=READ,
+    claim="The focal length is the only thing that must be known.",
+    finding="Any value within 15 % of the right one gives every direction; the walkers' own "
+    "pace gives it to that, without a label.",
+    ids=("direction.perspective.focal_length_from_pace",),
+)
+def focal_lengths(lengths, right, error, from_pace):
+    """Accuracy and mean error against the focal length assumed."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4))
+    plotting.plot_lines(
+        lengths, {"perspective": right}, xlabel="focal length assumed (pixels)", ax=axes[0]
+    )
+    plotting.plot_lines(
+        lengths,
+        {"perspective": error},
+        xlabel="focal length assumed (pixels)",
+        ylabel="mean heading error (degrees)",
+        ax=axes[1],
+    )
+    for ax in axes:
+        ax.axvline(from_pace, color=plotting.UPPER, ls="--", label="from the walkers' pace")
+        ax.legend()
+    axes[0].set_ylim(None, 1.01)
+    axes[1].set_ylim(0, None)
+    return figure
+
+
+@_figure(
+    "windows",
+    "How long one must look",
+    notebook=READ,
+    claim="How fast does accuracy fall when only part of the walk is seen?",
+    ids=("direction.perspective.direction8.1s", "direction.perspective.direction8.0.5s"),
+)
+def window_lengths(seconds, estimates):
+    """Accuracy against window length."""
+    figure, ax = plt.subplots()
+    plotting.plot_lines(
+        seconds, {"perspective": estimates}, xlabel="window (s)", ylabel="directions right", ax=ax
+    )
+    ax.set_ylim(None, 1.01)
+    return figure
+
+
+@_figure(
+    "calibration",
+    "Are the intervals honest?",
+    notebook=READ,
+    claim="A 95 % interval should hold the true heading 95 % of the time.",
+    ids=("direction.perspective.synthetic.coverage95",),
+)
+def calibrated(levels, estimates):
+    """Share of true headings inside the interval against its nominal level."""
+    figure, ax = plt.subplots(figsize=(5.5, 5))
+    ax.plot([0, 1], [0, 1], color=plotting.INK, lw=0.8, ls=":", label="honest")
+    plotting.plot_lines(
+        levels,
+        {"perspective": estimates},
+        xlabel="nominal level of the interval",
+        ylabel="share of true headings inside",
+        ax=ax,
+    )
+    ax.set(xlim=(0, 1), ylim=(0, 1), aspect="equal")
+    return figure
+
+
+@_figure(
+    "noise",
+    "Accuracy under segmentation noise",
+    notebook=READ,
+    claim="At level 1, 5 % of the frames are missing, 20 specks lie in each and a limb is cut.",
+    ids=("direction.perspective.synthetic.noise1",),
+)
+def under_noise(levels, estimates):
+    """Accuracy against noise level, three methods, synthetic walkers."""
+    figure, ax = plt.subplots()
+    plotting.plot_lines(levels, estimates, xlabel="noise level", ax=ax)
+    ax.set_ylim(None, 1.01)
+    return figure
+
+
+@_figure(
+    "pets",
+    "Outdoors, from above: PETS 2009",
+    notebook=READ,
+    claim="The same code, unchanged, against world truth.",
+    ids=(
+        "direction.perspective.pets.direction8",
+        "direction.perspective.pets.within45",
+        "direction.perspective.pets.mae_deg",
+    ),
+)
+def pets(headings):
+    """Heading from boxes against the true one, one-second windows."""
+    figure, ax = plt.subplots(figsize=(5.5, 5.5))
+    plotting.plot_against_truth(headings["true_sight"], headings["sight"], ax=ax)
+    return figure
+
+
+@_figure(
+    "walkers",
+    "Synthetic walkers beside real ones",
+    notebook=START,
+    claim="Are the walkers that we can make like those that were filmed?",
+    finding="Rows of masks, and the curves that the methods read off them, in one range.",
+)
+def walkers(made, recording, real=None):
+    """Synthetic silhouettes (and real ones if given) over their height and width curves.
+
+    Parameters
+    ----------
+    made : list of SyntheticWalk
+        Directions 3, 4 and 5.
+    recording : Recording
+        Real walks.
+    real : list of ndarray, optional
+        Real masks of the same directions.
+    """
+    rows = [(walk.masks, f"made, direction {walk.direction}") for walk in made]
+    if real is not None:
+        pairs = zip(real, made, rows, strict=True)
+        rows = [
+            row
+            for masks, walk, row_made in pairs
+            for row in ((masks, f"real, direction {walk.direction}"), row_made)
+        ]
+    figure = plt.figure(figsize=(11, 1.75 * len(rows) + 2.8))
+    above, below = figure.subfigures(2, 1, height_ratios=(1.75 * len(rows), 2.8))
+    axes = above.subplots(len(rows), 5, squeeze=False)
+    for (masks, name), line in zip(rows, axes, strict=True):
+        for index, ax in zip(np.linspace(4, len(masks) - 5, 5).astype(int), line, strict=True):
+            plotting.plot_mask(masks[index], ax=ax)
+        line[0].set_ylabel(name, fontsize=8)
+    for walk, ax in zip(made, below.subplots(1, len(made)), strict=True):
+        colour = plotting.colour_of(walk.direction)
+        names = recording.directions.index[recording.directions == walk.direction]
+        for name in names:
+            boxes = recording.sequence(name)
+            time = (boxes[FRAME] - boxes[FRAME].iloc[0]) / recording.frame_rate
+            for dimension in (H, W):
+                ax.plot(time, boxes[dimension], color=plotting.PALE, lw=0.6)
+        time = np.arange(len(walk.truth)) / walk.walk.frame_rate
+        for dimension, style in ((H, "-"), (W, "--")):
+            ax.plot(time, walk.truth[dimension], color=colour, ls=style, lw=2)
+        ax.set(xlabel="time (s)", title=f"direction {walk.direction}", ylim=(0, None))
+    below.axes[0].set_ylabel("height —, width - - (pixels)")
+    return figure
+
+
+def example_walk(recording, direction, *, subject=None):
+    """The boxes of one walk in a direction: the subject's, or the first there is.
+
+    Raises
+    ------
+    ArgumentError
+        When nobody walks that way.
+    """
+    names = recording.directions.index[recording.directions == direction]
+    if subject is not None:
+        names = [name for name in names if recording.subjects[name] == subject]
+    if len(names) == 0:
+        raise ArgumentError(
+            f"direction is {direction}: no such walk"
+            + (f" of subject {subject!r}" if subject else "")
+            + f" in {recording.name}; pass another."
+        )
+    return recording.sequence(names[0])
+
+
+def _curves(recording, dimension, subject):
+    figure, ax = plt.subplots()
+    walks = {
+        direction: example_walk(recording, direction, subject=subject) for direction in (1, 3, 4, 5)
+    }
+    plotting.plot_curves(walks, dimension, ax=ax)
+    ax.set_title(f"subject {walks[3][SUBJECT].iloc[0]}")
+    return figure
+
+
+def _phase(walk, dimension, thresholds):
+    return phases.measure_phase(walk[FRAME].to_numpy(), walk[dimension].to_numpy(), **thresholds)
+
+
+def _phase_figure(recording, values, label):
+    truth = truth_of(recording)
+    separators = LinearSeparators().fit(values.to_numpy(), group_of(truth))
+    figure, ax = plt.subplots(figsize=(9, 4.8))
+    plotting.plot_phases(values, truth, separators=separators, label=label, ax=ax)
+    return figure

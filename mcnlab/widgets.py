@@ -1,0 +1,286 @@
+"""Live control panels: sliders over thresholds, a figure and an accuracy that follow.
+
+The only module that knows ipywidgets.  A panel draws into an image widget rather than an
+output cell: the picture changes in place, without flicker.
+"""
+
+import io
+
+import ipywidgets
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from mcnlab import perspective, phase, plotting
+from mcnlab.columns import FRAME, H, W
+from mcnlab.datasets.mirror import mirror_boxes
+from mcnlab.datasets.noise import SegmentationNoise, add_noise
+from mcnlab.direction import LinearSeparators, group_of, leave_one_subject_out
+from mcnlab.errors import McnError, SilhouetteError
+from mcnlab.evaluation import judge_headings, truth_of
+from mcnlab.silhouettes import MIN_AREA, find_body
+
+
+class Panel(ipywidgets.VBox):
+    """Controls above a picture and a line of text.
+
+    Parameters
+    ----------
+    draw : callable
+        Called with the figure and the controls' values by name; draws, and returns the
+        line of text.
+    controls : dict
+        Name → ipywidgets control.
+    figsize : tuple of float, optional
+        Inches.
+
+    Attributes
+    ----------
+    picture : ipywidgets.Image
+    text : ipywidgets.HTML
+    controls : dict
+    """
+
+    def __init__(self, draw, controls, *, figsize=(8, 3.6)):
+        self.draw = draw
+        self.controls = controls
+        self.picture = ipywidgets.Image(format="png")
+        self.text = ipywidgets.HTML()
+        self._figure = Figure(figsize=figsize, dpi=80, layout="constrained")
+        FigureCanvasAgg(self._figure)
+        for control in controls.values():
+            control.observe(self._follow, names="value")
+        super().__init__([*controls.values(), self.text, self.picture])
+        self._follow()
+
+    def _follow(self, _change=None):
+        self._figure.clear()
+        try:
+            said = self.draw(self._figure, **{name: c.value for name, c in self.controls.items()})
+        except McnError as fault:
+            # What a slider asks may be impossible; the message says why.
+            said = f"<b>{type(fault).__name__}</b>: {fault}"
+        buffer = io.BytesIO()
+        self._figure.canvas.print_png(buffer)
+        self.text.value = said
+        self.picture.value = buffer.getvalue()
+
+
+def silhouette_panel(masks, *, seed=0):
+    """Turn up the noise on a walk and watch the box: minimum blob area, specks, holes, limbs.
+
+    Parameters
+    ----------
+    masks : ndarray, shape (frames, height, width)
+        A clean walk; its own boxes are the truth.
+    seed : int, optional
+        Of the noise.
+    """
+    sample = np.unique(np.linspace(0, len(masks) - 1, 12).astype(int))
+    truth = {index: find_body(masks[index]) for index in sample}
+
+    def draw(figure, frame, min_area, specks, holes, limbs):
+        noise = SegmentationNoise(specks=specks, holes=holes, cut_limbs=limbs, cut_share=1.0)
+        noisy = dict(zip(sample, add_noise(masks[sample], noise, seed=seed), strict=True))
+        index = min(sample, key=lambda held: abs(held - frame))
+        left, right = figure.subplots(1, 2)
+        box, overlaps = None, []
+        for held, mask in noisy.items():
+            try:
+                body = find_body(mask, min_area=min_area)
+            except SilhouetteError:
+                overlaps.append(0.0)
+                continue
+            overlaps.append(_overlap(body, truth[held]))
+            if held == index:
+                box = (body.x, body.y, body.w, body.h)
+        plotting.plot_mask(noisy[index], box=box, title=f"frame {index + 1}", ax=left)
+        right.plot(sample + 1, overlaps, "o-", color=plotting.METHOD_COLOURS["perspective"])
+        right.set(xlabel="frame", ylabel="overlap of box and true box", ylim=(0, 1.05))
+        good = np.mean(np.array(overlaps) >= 0.8)
+        return f"box right (overlap of 0.8 or more) in <b>{good:.0%}</b> of {len(sample)} frames"
+
+    return Panel(
+        draw,
+        {
+            "frame": _slider("frame", 0, len(masks) - 1, len(masks) // 2),
+            "min_area": _slider("min blob area (px)", 1, 200, MIN_AREA),
+            "specks": _slider("specks a frame", 0, 60, 20),
+            "holes": _slider("holes a frame", 0, 20, 4),
+            "limbs": _slider("limbs cut", 0, 4, 1),
+        },
+    )
+
+
+def mirror_panel(recording):
+    """Pick a walk and a frame; its box, its mirror image, and how many videos that makes."""
+    oblique = [name for name in recording.sequences if recording.directions[name] in (2, 4, 6, 8)]
+
+    def draw(figure, sequence, every):
+        boxes = recording.sequence(sequence)
+        direction = int(recording.directions[sequence])
+        twin = mirror_boxes(boxes, frame_width=recording.frame_width)
+        axes = figure.subplots(1, 2)
+        for ax, rows, way in zip(axes, (boxes, twin), (direction, 10 - direction), strict=True):
+            plotting.plot_boxes(
+                rows,
+                frame_width=recording.frame_width,
+                frame_height=recording.frame_height,
+                every=every,
+                direction=way,
+                ax=ax,
+            )
+        same = np.array_equal(boxes[[H, W]], twin[[H, W]])
+        return f"{len(boxes)} frames; heights and widths are {'the same' if same else 'different'}"
+
+    return Panel(
+        draw,
+        {
+            "sequence": ipywidgets.Dropdown(options=oblique, description="walk"),
+            "every": _slider("every … frames", 2, 30, 10),
+        },
+    )
+
+
+def phase_panel(recording):
+    """Thresholds of the thesis's phase over one walk's curve; accuracy over all walks."""
+    judge = _PhaseJudge(recording)
+
+    def draw(figure, sequence, dimension, prominence, spacing, soft_rule):
+        thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
+        boxes = judge.walks[sequence]
+        found = phase.measure_phase(
+            boxes[FRAME].to_numpy(), boxes[dimension].to_numpy(), **thresholds
+        )
+        plotting.plot_phase(
+            found,
+            dimension=dimension,
+            parts=("extrema", "soft", "envelope", "mean"),
+            ax=figure.subplots(),
+        )
+        return judge.say(*judge.measure(dimension, thresholds))
+
+    return Panel(
+        draw,
+        {
+            "sequence": ipywidgets.Dropdown(options=list(judge.walks), description="walk"),
+            **_phase_controls(),
+        },
+    )
+
+
+def separator_panel(recording):
+    """Thresholds of the thesis's phase over Figure 3.12 or 3.13, and its accuracy."""
+    judge = _PhaseJudge(recording)
+
+    def draw(figure, dimension, prominence, spacing, soft_rule):
+        thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
+        values, separators, *shares = judge.measure(dimension, thresholds)
+        plotting.plot_phases(
+            values,
+            judge.truth,
+            separators=separators,
+            label=f"m_{dimension} (pixels a frame)",
+            ax=figure.subplots(),
+        )
+        return judge.say(values, separators, *shares)
+
+    return Panel(draw, _phase_controls())
+
+
+def heading_panel(recording, *, focal_length):
+    """Focal length and window length over heading errors, and the accuracy.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.  Mirrored copies are left out: they repeat what their walks say.
+    focal_length : float
+        Pixels, to begin with.
+    """
+    own = recording.without_copies()
+
+    def draw(figure, focal_length, window):
+        headings = perspective.measure_headings(own, focal_length=focal_length, window=window)
+        right, error, errors = judge_headings(own, headings)
+        truth = truth_of(own, headings["sequence"].to_numpy())
+        plotting.plot_heading_errors(errors, truth, ax=figure.subplots())
+        return (
+            f"directions right: <b>{right.value:.3f}</b> [{right.low:.3f}, {right.high:.3f}], "
+            f"mean error <b>{error.value:.1f}°</b>, {len(headings)} windows"
+        )
+
+    return Panel(
+        draw,
+        {
+            "focal_length": _slider("focal length (px)", 200, 800, int(focal_length), step=10),
+            "window": _slider("window (frames)", 6, 50, round(recording.frame_rate)),
+        },
+    )
+
+
+class _PhaseJudge:
+    """The thesis's phase of every walk, quickly enough for a slider.
+
+    A mirrored copy has its walk's phase; only filmed walks are measured, and each
+    oblique one counts twice, as in the thesis.
+    """
+
+    def __init__(self, recording):
+        own = recording.without_copies()
+        self.boxes = own.boxes
+        self.walks = {name: own.sequence(name) for name in own.sequences}
+        names = np.array(own.sequences, dtype=object)
+        copied = [name for name in names if f"{name}-mirror" in recording.copies]
+        self.order = np.r_[np.arange(len(names)), np.flatnonzero(np.isin(names, copied))]
+        truth = truth_of(own)
+        twins = 10 - truth[self.order[len(names) :]]
+        self.truth = np.r_[truth, twins]
+        self.groups = group_of(self.truth)
+        self.subjects = own.subjects.to_numpy()[self.order]
+
+    def measure(self, dimension, thresholds):
+        measured = phase.measure_phases(self.boxes, dimensions=(dimension,), **thresholds)
+        values = measured[f"m_{dimension}"].to_numpy()[self.order]
+        separators = LinearSeparators().fit(values, self.groups)
+        fitted = (separators.predict(values) == self.groups).mean()
+        left_out = leave_one_subject_out(LinearSeparators(), values, self.groups, self.subjects)
+        return values, separators, fitted, (left_out == self.groups).mean()
+
+    @staticmethod
+    def say(_values, _separators, fitted, left_out):
+        return (
+            f"groups right: <b>{fitted:.4f}</b> by resubstitution, as in the thesis; "
+            f"<b>{left_out:.4f}</b> leaving one subject out"
+        )
+
+
+def _phase_controls():
+    return {
+        "dimension": ipywidgets.ToggleButtons(
+            options=[("height", H), ("width", W)], description="curve"
+        ),
+        "prominence": ipywidgets.FloatSlider(
+            value=phase.PROMINENCE, min=0, max=10, step=0.5, **_label("prominence (px)")
+        ),
+        "spacing": _slider("spacing (frames)", 1, 15, phase.SPACING),
+        "soft_rule": ipywidgets.ToggleButtons(
+            options=[("drop", "line"), ("keep", "keep")], description="soft extrema"
+        ),
+    }
+
+
+def _slider(label, low, high, value, *, step=1):
+    return ipywidgets.IntSlider(value=value, min=low, max=high, step=step, **_label(label))
+
+
+def _label(text):
+    return {"description": text, "style": {"description_width": "130px"}, "continuous_update": True}
+
+
+def _overlap(body, true):
+    """Intersection over union of two boxes."""
+    wide = min(body.x + body.w, true.x + true.w) - max(body.x, true.x)
+    high = min(body.y + body.h, true.y + true.h) - max(body.y, true.y)
+    shared = max(wide, 0) * max(high, 0)
+    return shared / (body.w * body.h + true.w * true.h - shared)
