@@ -1,4 +1,4 @@
-"""python -m mcnlab reproduce | measure | data | bench"""
+"""python -m mcnlab reproduce | measure | data | bench | refresh"""
 
 import argparse
 import os
@@ -31,6 +31,9 @@ def main(arguments=None):
     bench = commands.add_parser("bench", help="time mcnlab against its peers")
     bench.add_argument("--data", help="folder of recordings (default: $MCNLAB_DATA)")
     bench.add_argument("--out", default="build", help="where bench.csv goes (default: build)")
+
+    refresh = commands.add_parser("refresh", help="re-run the notebooks in place")
+    refresh.add_argument("--only", help="one notebook's name, or a part of it")
 
     chosen = parser.parse_args(arguments)
     if getattr(chosen, "data", None):
@@ -79,7 +82,20 @@ def _bench(chosen):
     return 0
 
 
-_COMMANDS = {"reproduce": _reproduce, "measure": _measure, "data": _data, "bench": _bench}
+def _refresh(chosen):
+    from mcnlab.reproduction import refresh
+
+    refresh(only=chosen.only)
+    return 0
+
+
+_COMMANDS = {
+    "reproduce": _reproduce,
+    "measure": _measure,
+    "data": _data,
+    "bench": _bench,
+    "refresh": _refresh,
+}
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -12,14 +12,17 @@ import json
 import os
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 import mcnlab
 from mcnlab import columns
 from mcnlab.columns import SEQUENCE
 from mcnlab.datasets import casia, pedestrians
-from mcnlab.datasets.mirror import add_mirrored
+from mcnlab.datasets.mirror import add_mirrored, mirror_direction, mirror_masks
+from mcnlab.datasets.noise import SegmentationNoise, add_noise
 from mcnlab.datasets.recording import Recording
+from mcnlab.datasets.walkers import make_walks
 from mcnlab.direction import turn_between
 from mcnlab.errors import DatasetError
 from mcnlab.files import sha256_of, write_whole
@@ -29,6 +32,8 @@ from mcnlab.silhouettes import MIN_AREA, measure_sequences
 BUNDLED = Path(__file__).resolve().parent.parent / "data"
 VARIABLE = "MCNLAB_DATA"
 PETS_WINDOW = 7  # frames, one second
+# Brief losses of a limb, holes and specks: what rectification can mend.
+EXAMPLE_NOISE = SegmentationNoise(specks=4, speck_size=(3, 8), holes=4, cut_limbs=4, cut_share=0.04)
 
 
 def data_folder():
@@ -135,6 +140,33 @@ def read_casia_a(folder):
     boxes = read_table(folder / "boxes.csv.gz", dtype={SEQUENCE: str, columns.SUBJECT: str})
     columns.check_boxes(boxes, argument=f"{folder.name}/boxes.csv.gz")
     return casia_a_recording(boxes, casia.read_directions(folder / "directions.csv"))
+
+
+def example_masks(direction, *, seed=0):
+    """The silhouettes of one walk: a real one, or without images a synthetic one.
+
+    Parameters
+    ----------
+    direction : int
+        1 … 8.  A direction that nobody walks is mirrored from one that somebody does.
+    seed : int, optional
+        Of the synthetic walker and of the noise of his segmentation.
+
+    Returns
+    -------
+    ndarray, shape (frames, 240, 352), uint8
+    """
+    folder = casia_a_folder()
+    if folder is None:
+        walk = make_walks(subjects=1, seed=seed, directions=(direction,))[0]
+        return add_noise(walk.masks, EXAMPLE_NOISE, seed=seed)
+    labels = casia.read_directions(folder / "directions.csv")
+    sequences = {sequence.name: sequence for sequence in casia.find_sequences(folder)}
+    for wanted, prepare in ((direction, np.asarray), (mirror_direction(direction), mirror_masks)):
+        for name in labels.index[labels == wanted]:
+            if name in sequences:
+                return prepare(sequences[name].read())
+    raise DatasetError(f"direction is {direction}: nobody in {folder} walks so; pass another.")
 
 
 def pets2009_headings():

@@ -16,7 +16,7 @@ from mcnlab import phase as phases
 from mcnlab import plotting
 from mcnlab.columns import FRAME, SEQUENCE, SUBJECT, H, W
 from mcnlab.direction import DIRECTIONS, LinearSeparators, group_of
-from mcnlab.errors import ArgumentError
+from mcnlab.errors import ArgumentError, SilhouetteError
 from mcnlab.evaluation import truth_of
 from mcnlab.results import OUT
 from mcnlab.silhouettes import close_gaps, find_body, rectify_with_flow
@@ -109,6 +109,7 @@ def _figure(number, title, *, notebook, claim, section="", finding="", ids=()):
 MIRROR, TRACE = "mirror_casia_a", "trace_silhouette_curves"
 SEPARATE, READ = "separate_directions_in_phase_space", "read_heading_from_perspective"
 START = "start_here"
+NOTEBOOKS = (START, MIRROR, TRACE, SEPARATE, READ)  # in reading order
 
 
 @_figure(
@@ -222,9 +223,8 @@ def rectified_frames(first, second):
     """Figure 3.6: two sequences of masks as they come, and mended."""
     figure, axes = plt.subplots(4, 5, figsize=(11, 6.6))
     for masks, rows, name in ((first, axes[:2], "sequence 1"), (second, axes[2:], "sequence 2")):
-        at = np.linspace(2, len(masks) - 3, 5).astype(int)
         mended = rectify_with_flow(masks)
-        for index, raw, clean in zip(at, *rows, strict=True):
+        for index, raw, clean in zip(_measurable(mended, 5), *rows, strict=True):
             plotting.plot_mask(masks[index], title=f"{name}, frame {index + 1}", ax=raw)
             plotting.plot_mask(find_body(mended[index]).mask, title="mended", ax=clean)
     return figure
@@ -241,9 +241,7 @@ def rectified_frames(first, second):
 def tracked_frames(masks):
     """Figure 3.7: noise removed and closed above, boxed below."""
     figure, axes = plt.subplots(2, 5, figsize=(11, 3.5))
-    for index, above, below in zip(
-        np.linspace(2, len(masks) - 3, 5).astype(int), *axes, strict=True
-    ):
+    for index, above, below in zip(_measurable(masks, 5), *axes, strict=True):
         body = find_body(masks[index])
         closed = close_gaps(body.mask)
         plotting.plot_mask(closed, title=f"frame {index + 1}", ax=above)
@@ -682,6 +680,21 @@ def example_walk(recording, direction, *, subject=None):
             + f" in {recording.name}; pass another."
         )
     return recording.sequence(names[0])
+
+
+def _measurable(masks, count):
+    """Frames with one walker in them, evenly spread."""
+    sound = []
+    for index, mask in enumerate(masks):
+        try:
+            find_body(mask)
+        except SilhouetteError:
+            continue
+        sound.append(index)
+    if len(sound) < count:
+        raise ArgumentError(f"masks show one walker in {len(sound)} frames; {count} are drawn.")
+    places = np.linspace(0.04, 0.96, count) * (len(sound) - 1)
+    return [sound[round(place)] for place in places]
 
 
 def _curves(recording, dimension, subject):

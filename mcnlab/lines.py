@@ -8,6 +8,7 @@ Huber's M-estimate is its robust counterpart: a frame whose box is wrong loses i
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from mcnlab.errors import ArgumentError, require_number
 
@@ -147,7 +148,9 @@ def fit_correlated(design, y, covariance):
     ----------
     A. C. Aitken, Proc. Royal Society of Edinburgh 55, 1935.
     """
-    whitened = np.linalg.solve(covariance, np.concatenate([design, y[..., None]], axis=-1))
+    # Many small systems: threads inside each would only wait for one another.
+    with threadpool_limits(1, user_api="blas"):
+        whitened = np.linalg.solve(covariance, np.concatenate([design, y[..., None]], axis=-1))
     across = np.swapaxes(design, -1, -2)
     uncertainty = np.linalg.inv(across @ whitened[..., :-1])
     coefficients = (uncertainty @ (across @ whitened[..., -1:]))[..., 0]

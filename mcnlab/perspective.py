@@ -14,7 +14,7 @@ the feet alternate, step after step.  The line is fitted by generalised least sq
 that gait in its covariance, which makes short windows steadier and the interval honest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -23,7 +23,7 @@ from scipy import stats
 from mcnlab import columns
 from mcnlab.columns import CX, CY, SEQUENCE, SUBJECT, H, Y
 from mcnlab.direction import direction_of, uncut
-from mcnlab.errors import ArgumentError, require_count, require_number
+from mcnlab.errors import ArgumentError, require_choice, require_count, require_number
 from mcnlab.lines import Line, fit_correlated, fit_lines_robust
 
 DEPTH_RANGE = 1.25  # a walk whose boxes grow by less does not show the horizon
@@ -111,9 +111,13 @@ def estimate_camera(boxes, *, focal_length, frame_width, frame_height):
         When the table is not sound or a number is out of range.
     """
     columns.check_boxes(boxes)
-    plain = Camera(focal_length, frame_width, frame_height)
-    height = boxes[H].to_numpy(float)
-    feet = boxes[Y].to_numpy(float) + height
+    height, top, centroid = (boxes[name].to_numpy(float) for name in (H, Y, CY))
+    return _find_horizon(
+        height, top + height, centroid, Camera(focal_length, frame_width, frame_height)
+    )
+
+
+def _find_horizon(height, feet, centroid, plain):
     low, high = np.percentile(height, [5, 95])
     if high < DEPTH_RANGE * low or np.ptp(feet) == 0:
         return plain
@@ -121,10 +125,8 @@ def estimate_camera(boxes, *, focal_length, frame_width, frame_height):
     if line.slope <= 0:
         return plain
     horizon = float(-line.intercept / line.slope)
-    centroid = float(np.median((boxes[CY].to_numpy(float) - horizon) / height))
-    return Camera(
-        plain.focal_length, frame_width, frame_height, horizon, float(1 / line.slope), centroid
-    )
+    drop = float(np.median((centroid - horizon) / height))
+    return replace(plain, horizon=horizon, feet=float(1 / line.slope), centroid=drop)
 
 
 def estimate_cameras(recording, *, focal_length, shared="subject"):
@@ -144,22 +146,23 @@ def estimate_cameras(recording, *, focal_length, shared="subject"):
     dict
         Sequence → `Camera`.
     """
+    require_choice("shared", shared, ("recording", "subject"))
+    plain = Camera(focal_length, recording.frame_width, recording.frame_height)
     boxes = recording.boxes
-    if shared == "recording":
-        key = pd.Series("", index=boxes.index)
-    elif shared == "subject":
-        key = boxes[SUBJECT]
-    else:
-        raise ArgumentError(f"shared is {shared!r}; pass 'recording' or 'subject'.")
-    optics = {
-        "focal_length": focal_length,
-        "frame_width": recording.frame_width,
-        "frame_height": recording.frame_height,
-    }
-    own = ~boxes[SEQUENCE].isin(recording.copies)
-    found = {name: estimate_camera(rows, **optics) for name, rows in boxes[own].groupby(key[own])}
-    first = ~boxes[SEQUENCE].duplicated()
-    return dict(zip(boxes[SEQUENCE][first], key[first].map(found), strict=True))
+    walks = dict(columns.split_sequences(boxes))
+    subject = boxes[SUBJECT].to_numpy()
+    height, top, centroid = (boxes[name].to_numpy(float) for name in (H, Y, CY))
+    feet = top + height
+    groups = {}
+    for name, at in walks.items():
+        groups.setdefault(subject[at.start] if shared == "subject" else "", []).append(name)
+    cameras = {}
+    for names in groups.values():
+        own = [name for name in names if name not in recording.copies] or names
+        rows = np.concatenate([np.arange(walks[name].start, walks[name].stop) for name in own])
+        camera = _find_horizon(height[rows], feet[rows], centroid[rows], plain)
+        cameras |= dict.fromkeys(names, camera)
+    return cameras
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,9 @@ The only module that knows ipywidgets.  A panel draws into an image widget rathe
 output cell: the picture changes in place, without flicker.
 """
 
+import base64
 import io
+from dataclasses import replace
 
 import ipywidgets
 import numpy as np
@@ -33,6 +35,8 @@ class Panel(ipywidgets.VBox):
         Name → ipywidgets control.
     figsize : tuple of float, optional
         Inches.
+    right : float, optional
+        Right margin's place, as a share of the figure; a legend beside the axes needs room.
 
     Attributes
     ----------
@@ -41,20 +45,28 @@ class Panel(ipywidgets.VBox):
     controls : dict
     """
 
-    def __init__(self, draw, controls, *, figsize=(8, 3.6)):
+    def __init__(self, draw, controls, *, figsize=(8, 3.6), right=0.97):
         self.draw = draw
         self.controls = controls
         self.picture = ipywidgets.Image(format="png")
         self.text = ipywidgets.HTML()
-        self._figure = Figure(figsize=figsize, dpi=80, layout="constrained")
+        # Fixed margins: laying out anew at every move would cost as much as drawing.
+        self._figure = Figure(figsize=figsize, dpi=80, layout="none")
+        self._margins = {"left": 0.09, "right": right, "bottom": 0.16, "top": 0.9}
         FigureCanvasAgg(self._figure)
         for control in controls.values():
             control.observe(self._follow, names="value")
         super().__init__([*controls.values(), self.text, self.picture])
         self._follow()
 
+    def _repr_mimebundle_(self, **options):
+        # The picture too, for those who read the notebook without running it.
+        bundle = super()._repr_mimebundle_(**options)
+        return {**bundle, "image/png": base64.b64encode(self.picture.value).decode()}
+
     def _follow(self, _change=None):
         self._figure.clear()
+        self._figure.subplots_adjust(**self._margins)
         try:
             said = self.draw(self._figure, **{name: c.value for name, c in self.controls.items()})
         except McnError as fault:
@@ -185,7 +197,7 @@ def separator_panel(recording):
         )
         return judge.say(values, separators, *shares)
 
-    return Panel(draw, _phase_controls())
+    return Panel(draw, _phase_controls(), right=0.8)
 
 
 def heading_panel(recording, *, focal_length):
@@ -199,9 +211,14 @@ def heading_panel(recording, *, focal_length):
         Pixels, to begin with.
     """
     own = recording.without_copies()
+    # The horizon does not depend on the focal length: it is found once.
+    found = perspective.estimate_cameras(own, focal_length=focal_length)
 
     def draw(figure, focal_length, window):
-        headings = perspective.measure_headings(own, focal_length=focal_length, window=window)
+        cameras = {name: replace(held, focal_length=focal_length) for name, held in found.items()}
+        headings = perspective.measure_headings(
+            own, focal_length=focal_length, window=window, cameras=cameras
+        )
         right, error, errors = judge_headings(own, headings)
         truth = truth_of(own, headings["sequence"].to_numpy())
         plotting.plot_heading_errors(errors, truth, ax=figure.subplots())

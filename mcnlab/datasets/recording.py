@@ -58,6 +58,12 @@ class Recording:
         """Series: each sequence's subject."""
         return self.boxes.groupby(columns.SEQUENCE, sort=False)[columns.SUBJECT].first()
 
+    @property
+    def summary(self):
+        """What this is, in a few words, for a result row."""
+        people = self.subjects.nunique()
+        return f"{self.name}, {people} subjects, {len(self.sequences) - len(self.copies)} walks"
+
     def sequence(self, name):
         """The boxes of one sequence.
 

@@ -1,0 +1,158 @@
+"""Re-running the notebooks: for a report, or to refresh what they show."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pandas as pd
+
+from mcnlab import report
+from mcnlab.errors import ArgumentError, McnError
+from mcnlab.figures import NOTEBOOKS
+from mcnlab.files import write_whole
+from mcnlab.results import COLUMNS, OUT, SECONDS
+
+FOLDER = Path(__file__).resolve().parent.parent / "notebooks"
+CELL_TIMEOUT = 600  # s
+
+
+class NotebookError(McnError):
+    """A notebook did not run to its end."""
+
+
+def choose_notebooks(only=None):
+    """The notebooks' names in reading order, all or those whose name contains `only`.
+
+    Raises
+    ------
+    ArgumentError
+        When no name contains `only`.
+    """
+    names = [name for name in NOTEBOOKS if not only or only in name]
+    if not names:
+        raise ArgumentError(f"only is {only!r}; pass a part of one of {', '.join(NOTEBOOKS)}.")
+    return names
+
+
+def reproduce(out, *, only=None, n_jobs=-1):
+    """Run the notebooks and write their numbers, figures and a report.
+
+    Parameters
+    ----------
+    out : path-like
+        Gets ``results.csv``, ``timings.csv``, ``figures/``, ``notebooks/`` and
+        ``index.html``, each file whole or not at all.
+    only : str, optional
+        A part of a notebook's name.
+    n_jobs : int, optional
+        Notebooks at a time, as joblib counts.
+
+    Returns
+    -------
+    pathlib.Path
+        The report.
+
+    Raises
+    ------
+    McnError
+        When a notebook fails; what it says is in the message.
+    """
+    from joblib import Parallel, delayed
+    from tqdm.auto import tqdm
+
+    names = choose_notebooks(only)
+    out = Path(out).resolve()
+    rows = out / "rows"
+    # Rows and pictures of an earlier run must not pass for this one's.
+    for stale in (rows, out / "figures", out / "notebooks"):
+        shutil.rmtree(stale, ignore_errors=True)
+    jobs = Parallel(n_jobs=n_jobs, return_as="generator")(
+        delayed(_run_into)(name, out) for name in names
+    )
+    for _ in tqdm(jobs, total=len(names), desc="notebooks", unit="notebook"):
+        pass
+    tables = [pd.read_csv(rows / f"{name}.csv", dtype=str, na_filter=False) for name in names]
+    table = pd.concat(tables, ignore_index=True)[list(COLUMNS)]
+    timing = table["unit"] == SECONDS
+    for file, part in (("results.csv", table[~timing]), ("timings.csv", table[timing])):
+        write_whole(out / file, part.to_csv(index=False, lineterminator="\n"))
+    shutil.rmtree(rows)
+    return write_whole(out / "index.html", report.render(table, out))
+
+
+def refresh(*, only=None):
+    """Run the notebooks in place, keep outputs and counts, drop what changes by itself."""
+    from tqdm.auto import tqdm
+
+    os.environ.pop("MCNLAB_DATA", None)
+    for name in tqdm(choose_notebooks(only), desc="notebooks", unit="notebook"):
+        path = FOLDER / f"{name}.ipynb"
+        write_whole(path, _as_text(_clean(run_notebook(path))))
+
+
+def run_notebook(path, **environment):
+    """Run one notebook and return it with its outputs.
+
+    Parameters
+    ----------
+    path : path-like
+    **environment : str
+        Environment variables for its kernel.
+
+    Raises
+    ------
+    NotebookError
+        When a cell raises; the message names the notebook and ends with the error.
+    """
+    import nbformat
+    from nbclient import NotebookClient
+    from nbclient.exceptions import CellExecutionError, CellTimeoutError
+
+    path = Path(path)
+    notebook = nbformat.read(path, as_version=4)
+    client = NotebookClient(
+        notebook,
+        timeout=CELL_TIMEOUT,
+        kernel_name="python3",
+        record_timing=False,
+        store_widget_state=False,
+        resources={"metadata": {"path": str(path.parent)}},
+    )
+    try:
+        client.execute(env={**os.environ, **environment})
+    except (CellExecutionError, CellTimeoutError) as fault:
+        last = str(fault).strip().splitlines()[-1]
+        raise NotebookError(
+            f"notebook {path.stem} stopped: {last} Open it in JupyterLab to see where."
+        ) from fault
+    return notebook
+
+
+def _run_into(name, out):
+    notebook = run_notebook(FOLDER / f"{name}.ipynb", **{OUT: str(out)})
+    write_whole(out / "notebooks" / f"{name}.ipynb", _as_text(notebook))
+
+
+def _as_text(notebook):
+    import nbformat
+
+    return nbformat.writes(notebook) + "\n"
+
+
+def _clean(notebook):
+    """Drop what differs from run to run or machine to machine."""
+    notebook.metadata = {
+        "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}
+    }
+    for number, cell in enumerate(notebook.cells):
+        cell["id"] = f"cell-{number}"
+        cell.metadata = {key: value for key, value in cell.metadata.items() if key == "tags"}
+        for result in cell.get("outputs", []):
+            # A live widget needs a kernel; its picture stays for those who only read.
+            data = result.get("data", {})
+            if data.pop("application/vnd.jupyter.widget-view+json", None) is not None:
+                data["text/plain"] = "Run this cell to move the sliders."
+            result.pop("execution_count", None)
+            if result.output_type == "execute_result":
+                result["execution_count"] = cell.execution_count
+    return notebook
