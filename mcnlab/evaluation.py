@@ -1,9 +1,16 @@
 """How the methods are judged: the same walks, the same questions, an interval each."""
 
+import itertools
+import tempfile
+from contextlib import contextmanager, nullcontext
+from time import perf_counter
+
 import numpy as np
 import pandas as pd
 
+from mcnlab.bundled import casia_a_folder
 from mcnlab.columns import DIRECTION, SEQUENCE
+from mcnlab.datasets import casia
 from mcnlab.datasets.noise import SegmentationNoise, add_noise
 from mcnlab.datasets.recording import Recording
 from mcnlab.datasets.walkers import View, make_walks
@@ -18,7 +25,7 @@ from mcnlab.direction import (
 )
 from mcnlab.errors import ArgumentError, SilhouetteError, require_count
 from mcnlab.perspective import measure_headings
-from mcnlab.phase import measure_phases
+from mcnlab.phase import SOFT_RULES, measure_phases
 from mcnlab.results import accuracy, mean_by_subject
 from mcnlab.silhouettes import measure_sequence
 
@@ -64,6 +71,31 @@ def judge_phase(recording, phases):
     left_out = leave_one_subject_out(LinearSeparators(), phases, groups, subjects)
     own = is_own(recording)
     return accuracy(fitted == groups, own=own), accuracy(left_out == groups, own=own)
+
+
+def sweep_thresholds(recording, *, prominences, spacings, soft_rules=SOFT_RULES):
+    """Resubstitution of the thesis's phases under many rules for extrema.
+
+    The thesis names none; this shows what any choice could have given.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``soft_rule, spacing, prominence, height, width``: shares right.
+    """
+    rows = []
+    for rule, spacing, prominence in itertools.product(soft_rules, spacings, prominences):
+        measured = measure_phases(
+            recording.boxes, prominence=prominence, spacing=spacing, soft_rule=rule
+        )
+        groups = group_of(truth_of(recording, measured.index))
+        shares = {}
+        for name, column in (("height", "m_h"), ("width", "m_w")):
+            values = measured[column].to_numpy()
+            said = LinearSeparators().fit(values, groups).predict(values)
+            shares[name] = float((said == groups).mean())
+        rows.append({"soft_rule": rule, "spacing": spacing, "prominence": prominence, **shares})
+    return pd.DataFrame(rows)
 
 
 def judge_phase_space(recording):
@@ -262,6 +294,56 @@ def calibration(headings, true_headings, *, levels):
         accuracy(errors <= headings["margin"].to_numpy() * stats.norm.ppf(0.5 + level / 2) / 1.96)
         for level in levels
     ]
+
+
+def time_videos(sequences=None, *, focal_length, most=40):
+    """Seconds from image files to a heading, a video, on one core.
+
+    Parameters
+    ----------
+    sequences : list of SilhouetteSequence, optional
+        What to time; `sample_sequences` if not given.
+    focal_length : float
+        Pixels.
+    most : int, optional
+        At most so many videos, evenly spread.
+
+    Returns
+    -------
+    ndarray
+        Wall seconds a video.
+    """
+    with sample_sequences(most=most) if sequences is None else nullcontext(sequences) as chosen:
+        seconds = []
+        for sequence in chosen:
+            begin = perf_counter()
+            read_heading(sequence, focal_length=focal_length)
+            seconds.append(perf_counter() - begin)
+    return np.array(seconds)
+
+
+def read_heading(sequence, *, focal_length):
+    """One video, from its image files to the table of its heading."""
+    boxes = measure_sequence(sequence.read(), sequence=sequence.name, subject=sequence.subject)
+    recording = Recording(
+        casia.NAME, boxes, casia.FRAME_RATE, casia.FRAME_WIDTH, casia.FRAME_HEIGHT
+    )
+    return measure_headings(recording, focal_length=focal_length)
+
+
+@contextmanager
+def sample_sequences(*, most=40, seed=0):
+    """CASIA A sequences to time: real ones, or synthetic ones in a folder that goes again."""
+    folder = casia_a_folder()
+    if folder is not None:
+        found = casia.find_sequences(folder)
+        places = np.unique(np.linspace(0, len(found) - 1, min(most, len(found))).astype(int))
+        yield [found[place] for place in places]
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        for walk in make_walks(subjects=max(1, most // 8), seed=seed):
+            casia.write_silhouettes(folder, walk.subject, walk.name.split("-")[1], walk.masks)
+        yield casia.find_sequences(folder)
 
 
 def _measure_walk(walk, noise, seed):

@@ -358,6 +358,45 @@ def phases_by_width(recording, measured):
 
 
 @_figure(
+    "thresholds",
+    "What the rules for extrema could have given",
+    notebook=SEPARATE,
+    claim="The thesis names no rule for extrema. Does some rule reach its accuracies?",
+    ids=("direction.height.phase5.best_of_sweep", "direction.width.phase5.best_of_sweep"),
+)
+def thresholds(sweep, claims):
+    """Resubstitution against prominence, one line a spacing and soft rule.
+
+    Parameters
+    ----------
+    sweep : pandas.DataFrame
+        From `evaluation.sweep_thresholds`.
+    claims : dict
+        ``height`` and ``width``: the thesis's accuracies.
+    """
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    shades = dict(
+        zip(sorted(sweep["spacing"].unique()), ("#14213d", "#1d5fa8", "#8fb4dd"), strict=False)
+    )
+    for ax, (name, claim) in zip(axes, claims.items(), strict=True):
+        for (rule, spacing), rows in sweep.groupby(["soft_rule", "spacing"]):
+            ax.plot(
+                rows["prominence"],
+                rows[name],
+                color=shades.get(spacing, plotting.PALE),
+                ls="-" if rule == "line" else ":",
+                marker="o",
+                ms=3,
+                label=f"{'drop' if rule == 'line' else 'keep'} soft, spacing {spacing}",
+            )
+        ax.axhline(claim, color=plotting.UPPER, ls="--", label=f"thesis, {claim}")
+        ax.set(xlabel="prominence (pixels)", title=name)
+    axes[0].set_ylabel("groups right by resubstitution (share)")
+    axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+@_figure(
     "growth",
     "The relative growth of height",
     notebook=SEPARATE,

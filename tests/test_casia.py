@@ -174,7 +174,12 @@ def test_every_fault_of_a_sequence_is_named(casia_folder):
     walk.paths[6].rename(walk.paths[6].with_name("abc-00_1-last.png"))
     with pytest.raises(DatasetError) as caught:
         find_sequences(casia_folder)[0].read()
-    for fault in ("002.png is not a PNG", "003.png is truncated", "6, 7 missing", "last.png has no"):
+    for fault in (
+        "002.png is not a PNG",
+        "003.png is truncated",
+        "6, 7 missing",
+        "last.png has no",
+    ):
         assert fault in str(caught.value)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcnlab import columns
@@ -85,6 +85,7 @@ def test_a_column_that_is_there_twice_is_refused(make_boxes):
 
 
 @given(data=st.data())
+@settings(max_examples=300)
 def test_whatever_passes_the_check_is_sound(box_tables, data):
     boxes = data.draw(box_tables)
     try:
@@ -100,6 +101,7 @@ def test_whatever_passes_the_check_is_sound(box_tables, data):
 
 
 @given(data=st.data())
+@settings(max_examples=300)
 def test_a_stack_holds_every_box_and_nothing_else(box_tables, data):
     boxes = data.draw(box_tables)
     try:

@@ -60,7 +60,9 @@ def test_specks_are_no_part_of_the_body(draw_walker):
     assert (body.mask == mask).all()
 
 
-@pytest.mark.parametrize(("left", "top"), [(-20, 40), (332, 40), (100, -30), (100, 180), (-20, -30)])
+@pytest.mark.parametrize(
+    ("left", "top"), [(-20, 40), (332, 40), (100, -30), (100, 180), (-20, -30)]
+)
 def test_a_walker_half_out_of_the_frame_keeps_the_half_inside(draw_walker, left, top):
     whole = draw_walker(left=400 + left, top=300 + top, shape=(900, 1200))
     mask = whole[300:540, 400:752]
@@ -70,7 +72,9 @@ def test_a_walker_half_out_of_the_frame_keeps_the_half_inside(draw_walker, left,
 
 def test_masks_of_any_number_type_mean_the_same(draw_walker):
     mask = draw_walker()
-    bodies = [find_body(same) for same in (mask, mask > 0, mask / 255.0, -(mask // 255).astype(int))]
+    bodies = [
+        find_body(same) for same in (mask, mask > 0, mask / 255.0, -(mask // 255).astype(int))
+    ]
     assert all((body.mask == mask).all() for body in bodies)
     assert len({(body.x, body.y, body.w, body.h, body.cx, body.cy) for body in bodies}) == 1
 

@@ -18,6 +18,7 @@ import pandas as pd
 
 from mcnlab.columns import DIRECTION, SEQUENCE, SUBJECT
 from mcnlab.errors import DatasetError, TableError
+from mcnlab.files import write_whole
 
 NAME = "casia-a"
 FRAME_WIDTH, FRAME_HEIGHT = 352, 240  # pixels
@@ -136,6 +137,29 @@ def read_silhouette(path):
     if grey:
         raise DatasetError(f"{path.name} has {grey} pixels that are neither 0 nor 255.")
     return image
+
+
+def write_silhouettes(folder, subject, walk, masks):
+    """Write one walk's masks the way the dataset keeps them.
+
+    Parameters
+    ----------
+    folder : path-like
+        Gets ``silhouettes/<subject>/<walk>/<subject>-<walk>-NNN.png``.
+    subject, walk : str
+    masks : array_like, shape (frames, 240, 352)
+        0 or 255.
+
+    Returns
+    -------
+    pathlib.Path
+        The walk's folder.
+    """
+    place = Path(folder) / "silhouettes" / subject / walk
+    for number, mask in enumerate(masks, start=1):
+        data = cv2.imencode(".png", np.asarray(mask, np.uint8))[1].tobytes()
+        write_whole(place / f"{subject}-{walk}-{number:03d}.png", data)
+    return place
 
 
 def check_png(data, *, name):
