@@ -86,10 +86,11 @@ def check_boxes(boxes, *, argument="boxes"):
     frame = values[:, 0]
     if (frame != np.round(frame)).any():
         raise TableError(f"{argument} has a fractional frame number; number frames 1, 2, 3, …")
-    codes = boxes[SEQUENCE].astype("category").cat.codes.to_numpy()
-    same = codes[1:] == codes[:-1]
+    names = boxes[SEQUENCE].to_numpy(dtype=object)
+    same = names[1:] == names[:-1]
     backwards = same & (np.diff(frame) <= 0)
-    split = len(np.unique(codes)) != 1 + np.count_nonzero(~same)
+    first = names[np.r_[True, ~same]]
+    split = len(set(first)) != len(first)
     if backwards.any() or split:
         where = (
             boxes[SEQUENCE].iloc[1 + int(np.flatnonzero(backwards)[0])] if backwards.any() else ""

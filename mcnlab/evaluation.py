@@ -324,7 +324,7 @@ def time_videos(sequences=None, *, focal_length, most=40):
 
 def read_heading(sequence, *, focal_length):
     """One video, from its image files to the table of its heading."""
-    boxes = measure_sequence(sequence.read(), sequence=sequence.name, subject=sequence.subject)
+    boxes = measure_sequence(sequence.frames(), sequence=sequence.name, subject=sequence.subject)
     recording = Recording(
         casia.NAME, boxes, casia.FRAME_RATE, casia.FRAME_WIDTH, casia.FRAME_HEIGHT
     )

@@ -5,10 +5,11 @@ printed slope has ∑y where ∑xy is meant, and a misplaced bracket in the deno
 Huber's M-estimate is its robust counterpart: a frame whose box is wrong loses its pull.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from mcnlab.errors import ArgumentError, require_number
 
@@ -149,7 +150,7 @@ def fit_correlated(design, y, covariance):
     A. C. Aitken, Proc. Royal Society of Edinburgh 55, 1935.
     """
     # Many small systems: threads inside each would only wait for one another.
-    with threadpool_limits(1, user_api="blas"):
+    with _threads().limit(limits=1, user_api="blas"):
         whitened = np.linalg.solve(covariance, np.concatenate([design, y[..., None]], axis=-1))
     across = np.swapaxes(design, -1, -2)
     uncertainty = np.linalg.inv(across @ whitened[..., :-1])
@@ -157,6 +158,12 @@ def fit_correlated(design, y, covariance):
     residual = y - (design @ coefficients[..., None])[..., 0]
     white = whitened[..., -1] - (whitened[..., :-1] @ coefficients[..., None])[..., 0]
     return coefficients, uncertainty, (residual * white).sum(axis=-1)
+
+
+@lru_cache(maxsize=1)
+def _threads():
+    """The libraries' thread pools; finding them takes longer than a fit."""
+    return ThreadpoolController()
 
 
 def _check_points(x, y, weights):

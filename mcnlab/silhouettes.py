@@ -84,9 +84,9 @@ def find_body(mask, *, min_area=MIN_AREA):
     Two walkers closer to each other than an eighth of their height cannot be told from
     one, and are measured as one.
     """
-    mask = check_mask(mask)
+    mask, window = _check_window(mask)
     min_area = require_count("min_area", min_area, low=1)
-    found = _find_fragments(mask)
+    found = _find_fragments(mask, window)
     _check_foreground(found, mask.shape, min_area)
     chosen = _join_fragments(found, min_area)
     _check_single(found, chosen)
@@ -133,10 +133,10 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
     found, numbers, rows, fault = [], [], [], None
     for number, mask in enumerate(masks, start=1):
         numbers.append(number)
-        mask = check_mask(mask)
+        image, window = _check_window(mask)
         try:
-            fragments = _find_fragments(mask)
-            _check_foreground(fragments, mask.shape, min_area)
+            fragments = _find_fragments(image, window)
+            _check_foreground(fragments, image.shape, min_area)
             chosen = _join_fragments(fragments, min_area)
             _check_single(fragments, chosen)
         except SilhouetteError as reason:
@@ -160,11 +160,12 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
                 f"got shape {frames.shape}."
             )
         table[:, 0] = frames[table[:, 0].astype(int) - 1]
-    boxes = pd.DataFrame(table, columns=[FRAME, X, Y, W, H, CX, CY, AREA])
-    boxes = boxes.astype(dict.fromkeys([FRAME, X, Y, W, H, AREA], int))
-    boxes.insert(0, SEQUENCE, sequence)
-    boxes.insert(1, SUBJECT, subject)
-    return boxes
+    names = (FRAME, X, Y, W, H, CX, CY, AREA)
+    measured = {
+        name: column if name in (CX, CY) else column.astype(int)
+        for name, column in zip(names, table.T.copy(), strict=True)
+    }
+    return pd.DataFrame({SEQUENCE: sequence, SUBJECT: subject, **measured})
 
 
 def measure_sequences(sequences, *, min_area=MIN_AREA, n_jobs=-1, progress=False):
@@ -173,7 +174,7 @@ def measure_sequences(sequences, *, min_area=MIN_AREA, n_jobs=-1, progress=False
     Parameters
     ----------
     sequences : list of SilhouetteSequence
-        Anything with ``name``, ``subject`` and ``read()``.
+        Anything with ``name``, ``subject`` and ``frames()``.
     min_area : int, optional
         As in `measure_sequence`.
     n_jobs : int, optional
@@ -275,23 +276,29 @@ def rectify_with_flow(masks, *, reach=2, blur=3.0):
 
 def check_mask(mask):
     """`mask` as a contiguous uint8 image of 0 and 255, or `ArgumentError`."""
+    return _check_window(mask)[0]
+
+
+def _check_window(mask):
+    """The image as `check_mask` gives it, and the (x, y, w, h) that holds its foreground."""
     image = np.asarray(mask)
     if image.ndim != 2 or image.size == 0:
         raise ArgumentError(f"mask has shape {image.shape}; pass an image (height, width).")
-    if image.dtype == bool:
-        return image.astype(np.uint8) * 255
-    if image.dtype == np.uint8:
-        if cv2.countNonZero(cv2.inRange(image, 1, 254)) == 0:
-            return np.ascontiguousarray(image)
-    elif not np.issubdtype(image.dtype, np.number):
+    if not (np.issubdtype(image.dtype, np.number) or image.dtype == bool):
         raise ArgumentError(f"mask has dtype {image.dtype}; pass a binary image of numbers.")
+    if image.dtype == np.uint8:
+        image = np.ascontiguousarray(image)
+        # The sum is 255 times the count just where every pixel but the black ones is white.
+        if cv2.norm(image, cv2.NORM_L1) == 255 * cv2.countNonZero(image):
+            return image, cv2.boundingRect(image)
     values = np.unique(image)
     if len(values) > 2 or 0 not in values:
         raise ArgumentError(
             f"mask has {len(values)} grey levels ({values[0]} … {values[-1]}); "
             "pass a binary one: 0 for background, one other value for the walker."
         )
-    return (image != 0).astype(np.uint8) * 255
+    image = (image != 0).astype(np.uint8) * 255
+    return image, cv2.boundingRect(image)
 
 
 @dataclass(frozen=True)
@@ -308,8 +315,8 @@ class _Fragments:
     window: tuple  # rows and columns that hold all foreground
 
 
-def _find_fragments(mask):
-    x, y, w, h = cv2.boundingRect(mask)
+def _find_fragments(mask, window):
+    x, y, w, h = window
     # Only the window that holds foreground is labelled: a walker fills a tenth of a frame.
     window = (slice(y, y + h), slice(x, x + w))
     if w == 0:
@@ -318,7 +325,7 @@ def _find_fragments(mask):
     _, labels, stats, centroids = cv2.connectedComponentsWithStats(
         mask[window], connectivity=8, ltype=cv2.CV_16U
     )
-    left, top, width, height, area = stats[1:].astype(int).T
+    left, top, width, height, area = stats[1:].T
     return _Fragments(
         left + x,
         top + y,
@@ -355,12 +362,14 @@ def _join_fragments(found, min_area):
     """Which fragments make the body: the largest, then whatever stands in its column."""
     # Equal areas are ordered by place, not by label, so that a mirrored image gives the
     # mirrored body.
+    if len(found.area) == 1:
+        return np.ones(1, bool)
     seed = np.lexsort((found.bottom - found.top, found.bottom, found.area))[-1]
     chosen = np.zeros(len(found.area), bool)
     chosen[seed] = True
-    if len(chosen) == 1:
-        return chosen
     large = found.area >= min_area
+    if np.count_nonzero(large) <= 1:
+        return chosen
     size = np.sqrt(found.area)
     while True:
         left, top = found.left[chosen].min(), found.top[chosen].min()
@@ -383,7 +392,7 @@ def _join_fragments(found, min_area):
 
 
 def _check_single(found, chosen):
-    if chosen.all():
+    if len(chosen) == 1 or chosen.all():
         return
     height = found.bottom[chosen].max() - found.top[chosen].min()
     rest = ~chosen
@@ -401,6 +410,12 @@ def _check_single(found, chosen):
 
 
 def _box(found, chosen):
+    if len(chosen) == 1:
+        left, top, right, bottom, area = (
+            int(side[0]) for side in (found.left, found.top, found.right, found.bottom, found.area)
+        )
+        cx, cy = np.round(found.centroid[0] * _SUBPIXEL) / _SUBPIXEL
+        return left, top, right - left, bottom - top, float(cx), float(cy), area
     left, top = int(found.left[chosen].min()), int(found.top[chosen].min())
     right, bottom = int(found.right[chosen].max()), int(found.bottom[chosen].max())
     weight = found.area[chosen]
@@ -448,9 +463,9 @@ def _mend(table, found):
 
 def _measure_or_explain(sequence, min_area):
     try:
-        masks = sequence.read()
-        return measure_sequence(
-            masks, sequence=sequence.name, subject=sequence.subject, min_area=min_area
-        ), None
+        table = measure_sequence(
+            sequence.frames(), sequence=sequence.name, subject=sequence.subject, min_area=min_area
+        )
     except (DatasetError, SilhouetteError) as fault:
         return None, str(fault)
+    return table, None

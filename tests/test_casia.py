@@ -57,7 +57,7 @@ def test_no_flipped_bit_goes_unseen(draw_walker, encode_png, data):
     at = data.draw(st.integers(0, len(whole) - 1))
     damaged = bytearray(whole)
     damaged[at] ^= data.draw(st.integers(1, 255))
-    with pytest.raises(DatasetError, match="walk.png is"):
+    with pytest.raises(DatasetError, match=r"walk\.png is"):
         check_png(bytes(damaged), name="walk.png")
 
 

@@ -37,7 +37,15 @@ def test_an_empty_table_is_refused(make_boxes):
 def test_values_that_are_not_finite_are_refused(make_boxes, name, value):
     boxes = make_boxes().astype({FRAME: float})
     boxes.loc[3, name] = value
-    with pytest.raises(TableError, match="row 3 .*not finite; drop"):
+    with pytest.raises(TableError, match=r"row 3 .*not finite; drop"):
+        check_boxes(boxes)
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_values_beyond_any_image_are_refused(make_boxes, name):
+    boxes = make_boxes()
+    boxes.loc[3, name] = 1e300  # finite, but its square is not
+    with pytest.raises(TableError, match="row 3"):
         check_boxes(boxes)
 
 
@@ -46,7 +54,7 @@ def test_values_that_are_not_finite_are_refused(make_boxes, name, value):
 def test_boxes_without_a_size_are_refused(make_boxes, name, value):
     boxes = make_boxes()
     boxes.loc[3, name] = value
-    with pytest.raises(TableError, match="row 3 .*positive"):
+    with pytest.raises(TableError, match=r"row 3 .*positive"):
         check_boxes(boxes)
 
 
@@ -131,5 +139,5 @@ def test_a_frame_number_far_off_is_refused(make_boxes, last):
 
 
 def test_stacking_a_column_that_is_not_there_names_it(make_boxes):
-    with pytest.raises(TableError, match="lacks .* area"):
+    with pytest.raises(TableError, match=r"lacks .* area"):
         columns.stack_sequences(make_boxes(), ["area"])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from mcnlab.errors import ArgumentError
-from mcnlab.lines import HUBER, Line, fit_correlated, fit_lines, fit_lines_robust
+from mcnlab.lines import HUBER, Line, fit_correlated, fit_line, fit_lines, fit_lines_robust
 
 # Whole numbers up to 1000 keep every fit here well conditioned: rounding stays far under 1e-9
 # of the largest value.
@@ -28,12 +28,24 @@ def test_ordinary_fit_agrees_with_polyfit(y, data):
     assert line.intercept == pytest.approx(intercept, rel=1e-8, abs=1e-6)
 
 
+@given(curves)
+def test_one_line_is_fitted_as_many_are(y):
+    x = np.arange(len(y), dtype=float)
+    assert fit_line(x, y) == pytest.approx(tuple(fit_lines(x, y)), abs=1e-9)
+
+
+def test_one_line_needs_two_places():
+    with pytest.raises(ArgumentError, match="two different"):
+        fit_line(np.array([3.0, 3.0]), np.array([0.0, 1.0]))
+
+
 def test_ordinary_least_squares_is_meant_not_the_printed_slope():
     x = np.arange(1.0, 6.0)
     y = 2 * x + 1
     n = len(x)
     printed = (n * y.sum() - x.sum() * y.sum()) / (n * ((x**2).sum() - x.sum() ** 2))
     assert fit_lines(x, y) == pytest.approx((2, 1))
+    assert fit_line(x, y) == pytest.approx((2, 1))
     assert printed == pytest.approx(0.41, abs=0.01)  # (175 − 525) / (5·(55 − 225)): not 2
 
 
@@ -90,8 +102,8 @@ def test_gross_outliers_move_the_robust_line_by_a_bounded_amount(seed, wrong, si
     # median residual is at most noise + E.  So E ≤ S·noise + k·hat·L·(noise + E) with
     # S = max Σ|h| over the right points, hat = max |h| between any point and a wrong one,
     # L = 1.4826·HUBER: solve for E.  (The median of even noise is half its bound, so L times
-    # the median is 1.5 times the bound: no right point is pulled back.)  Twelve rounds leave the share (k·hat·L)^12 of the
-    # ordinary fit's error, which is k·hat·size at most.
+    # the median is 1.5 times the bound: no right point is pulled back.)  Twelve rounds leave
+    # the share (k·hat·L)^12 of the ordinary fit's error, which is k·hat·size at most.
     design = np.stack([np.ones(n), x], axis=1)
     right = np.setdiff1d(np.arange(n), wrong)
     hat = np.abs(design @ np.linalg.inv(design[right].T @ design[right]) @ design.T)

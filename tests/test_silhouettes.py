@@ -95,7 +95,20 @@ def test_masks_of_any_number_type_mean_the_same(draw_walker):
         (np.array([["walker"]]), ArgumentError, "dtype"),
         (None, ArgumentError, "mask"),
     ],
-    ids="black black-bool white white-bool ones grey halves nan 3d empty text none".split(),
+    ids=[
+        "black",
+        "black-bool",
+        "white",
+        "white-bool",
+        "ones",
+        "grey",
+        "halves",
+        "nan",
+        "3d",
+        "empty",
+        "text",
+        "none",
+    ],
 )
 def test_a_mask_without_a_walker_is_refused(mask, error, word):
     with pytest.raises(error, match=word):

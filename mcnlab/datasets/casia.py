@@ -45,18 +45,28 @@ class SilhouetteSequence:
     paths: tuple
 
     def read(self):
-        """Every frame as an array (frames, 240, 352) of uint8, 0 or 255.
+        """Every frame, shape (frames, 240, 352), uint8, 0 or 255; raises as `frames`."""
+        return np.stack(list(self.frames()))
+
+    def frames(self):
+        """Yield frame after frame.
+
+        Yields
+        ------
+        ndarray, shape (240, 352), uint8
+            0 or 255.
 
         Raises
         ------
         DatasetError
-            When any file is damaged, of another size or not binary, or a frame number
-            is missing; the message names every fault.
+            At the end, when any file is damaged, of another size or not binary, or a
+            frame number is missing; the message names every fault.  What was yielded
+            before is then not to be used.
         """
-        frames, faults = [], list(numbering_faults(self.paths))
+        faults = list(numbering_faults(self.paths))
         for path in self.paths:
             try:
-                frames.append(read_silhouette(path))
+                yield read_silhouette(path)
             except DatasetError as fault:
                 faults.append(str(fault))
         if faults:
@@ -64,7 +74,6 @@ class SilhouetteSequence:
                 f"sequence {self.name}: " + " ".join(faults) + " The sequence is left out; "
                 "restore its files from the dataset."
             )
-        return np.stack(frames)
 
 
 def find_sequences(folder):
@@ -120,9 +129,11 @@ def read_silhouette(path):
     DatasetError
         When the file is missing, not a whole PNG, of another size or not binary.
     """
-    path = Path(path)
+    # A path is parsed once, not once more for every frame.
+    path = path if isinstance(path, Path) else Path(path)
     try:
-        data = path.read_bytes()
+        with path.open("rb", buffering=0) as file:
+            data = file.read()
     except OSError as fault:
         raise DatasetError(f"{path.name} cannot be read ({fault.strerror}).") from fault
     width, height = check_png(data, name=path.name)
@@ -133,8 +144,9 @@ def read_silhouette(path):
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
     if image is None or image.shape != (height, width):
         raise DatasetError(f"{path.name} cannot be decoded as a PNG.")
-    grey = cv2.countNonZero(cv2.inRange(image, 1, 254))
-    if grey:
+    # The sum is 255 times the count just where every pixel but the black ones is white.
+    if cv2.norm(image, cv2.NORM_L1) != 255 * cv2.countNonZero(image):
+        grey = cv2.countNonZero(cv2.inRange(image, 1, 254))
         raise DatasetError(f"{path.name} has {grey} pixels that are neither 0 nor 255.")
     return image
 
