@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mcnlab.columns import BOX_COLUMNS, FRAME, MEASURES, H, W
 
-# Every run draws the same examples, and a slow machine fails no test.
+# Examples are drawn from the code alone, not at random, and a slow machine fails no test.
 settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=100)
 settings.load_profile("repeatable")
 

@@ -186,10 +186,10 @@ class Walk:
         self.name = name
         self.masks = masks
 
-    def read(self):
+    def frames(self):
         if isinstance(self.masks, Exception):
             raise self.masks
-        return self.masks
+        yield from self.masks
 
 
 def test_walks_that_cannot_be_measured_are_left_out_and_named(draw_walker):

@@ -1,0 +1,73 @@
+"""The house: modules import only from those above them, and nothing heavy too early."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parent.parent / "mcnlab"
+# From the ground up: a module may import from those before it.
+HOUSE = [
+    "errors",
+    "columns",
+    "files",
+    "lines",
+    "datasets.recording",
+    "datasets.casia",
+    "datasets.mirror",
+    "datasets.pedestrians",
+    "datasets.walkers",
+    "datasets.noise",
+    "silhouettes",
+    "phase",
+    "direction",
+    "perspective",
+    "bundled",
+    "results",
+    "evaluation",
+    "plotting",
+    "figures",
+    "widgets",
+    "report",
+    "reproduction",
+    "bench",
+]
+
+
+def imports_of(path):
+    """The mcnlab modules that a file imports, anywhere in it."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("mcnlab"):
+            base = node.module.removeprefix("mcnlab").lstrip(".")
+            for name in node.names:
+                inner = f"{base}.{name.name}".lstrip(".")
+                found.add(inner if inner in HOUSE else base)
+    return found - {""}
+
+
+def test_modules_import_only_from_above():
+    files = {
+        ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path
+        for path in PACKAGE.rglob("*.py")
+        if not path.stem.startswith("__")
+    }
+    assert sorted(files) == sorted(HOUSE)
+    for number, name in enumerate(HOUSE):
+        assert imports_of(files[name]) <= set(HOUSE[:number]), name
+
+
+def test_science_knows_neither_matplotlib_nor_ipywidgets():
+    for name in HOUSE[: HOUSE.index("plotting")]:
+        text = (PACKAGE / f"{name.replace('.', '/')}.py").read_text()
+        assert "matplotlib" not in text, name
+        assert "ipywidgets" not in text, name
+
+
+def test_importing_the_package_imports_nothing_heavy():
+    code = "import sys, mcnlab; print(' '.join(sorted(sys.modules)))"
+    held = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout.split()
+    assert "mcnlab" in held
+    assert not {"numpy", "pandas", "cv2", "scipy", "sklearn", "matplotlib"} & set(held)
