@@ -133,6 +133,8 @@ def directions():
     "Mirroring makes eight directions out of six",
     notebook=MIRROR,
     claim="320 videos, 40 in each direction, by mirroring the 45° walks (section 3.1).",
+    finding="Two walks a subject and direction, 16 videos a subject, as in the thesis; how many "
+    "subjects depends on the data at hand.",
     ids=("casia-a.videos", "casia-a.videos_per_direction"),
 )
 def mirroring(recording, mirrored):
@@ -518,7 +520,7 @@ def horizons(level_boxes, level_camera, high_boxes, high_camera):
 
 @_figure(
     "heading",
-    "Heading errors of whole walks",
+    "Heading errors",
     notebook=READ,
     claim="Without training, is every direction right?",
     ids=(
@@ -554,8 +556,8 @@ def heading_errors(recording, errors_by_window):
     "How much the focal length matters",
     notebook=READ,
     claim="The focal length is the only thing that must be known.",
-    finding="Any value within 15 % of the right one gives every direction; the walkers' own "
-    "pace gives it to that, without a label.",
+    finding="The error is least about where the walkers' own pace, without a label, puts the "
+    "focal length; the eight directions hardly depend on it.",
     ids=("direction.perspective.focal_length_from_pace",),
 )
 def focal_lengths(lengths, right, error, from_pace):

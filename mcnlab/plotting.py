@@ -233,10 +233,15 @@ def plot_phase_space(space, directions, *, x="sideways", y="height_growth", ax=N
     return ax
 
 
-def plot_heading_errors(errors, directions, *, limit=22.5, ax=None):
-    """Heading errors by true direction, with the band in which the direction is right."""
+def plot_heading_errors(errors, directions, *, limit=22.5, most=60.0, ax=None):
+    """Heading errors by true direction, with the band in which the direction is right.
+
+    Errors beyond `most` degrees are drawn at the edge, and counted there.
+    """
     ax = _axes(ax)
     errors, directions = np.asarray(errors), np.asarray(directions)
+    beyond = int(np.count_nonzero(np.abs(errors) > most))
+    errors = np.clip(errors, -most, most)
     ax.axhspan(-limit, limit, color="#eef3f8", zorder=0)
     for direction in DIRECTIONS:
         values = np.sort(errors[directions == direction])
@@ -259,6 +264,9 @@ def plot_heading_errors(errors, directions, *, limit=22.5, ax=None):
         ylabel="heading error (degrees)",
         ylim=(-largest, largest),
     )
+    if beyond:
+        note = f"{beyond} of {len(errors)} beyond ±{most:.0f}°, drawn at the edge"
+        ax.text(0.99, 0.03, note, transform=ax.transAxes, ha="right", fontsize=8, color=INK)
     return ax
 
 

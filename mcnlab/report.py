@@ -13,7 +13,7 @@ _STYLE = """
 body { margin: 0; color: var(--ink); background: #f6f7f9;
   font: 16px/1.55 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
 header { background: #14213d; color: white; padding: 3rem 1.5rem 2.4rem; }
-header > div, main { max-width: 62rem; margin: 0 auto; }
+header > div, main { max-width: 70rem; margin: 0 auto; }
 header p { max-width: 46rem; color: #d5dbe6; margin: .4rem 0 0; }
 h1 { margin: 0; font-size: 2rem; } h2 { margin: 2.6rem 0 .8rem; font-size: 1.35rem; }
 main { padding: 0 1.5rem 4rem; }
@@ -29,7 +29,7 @@ table { border-collapse: collapse; width: 100%; background: white; font-size: .9
 th, td { text-align: left; padding: .4rem .7rem; border-bottom: 1px solid var(--line); }
 th { color: var(--quiet); font-weight: 600; } td.n { text-align: right;
   font-variant-numeric: tabular-nums; white-space: nowrap; }
-th.n { text-align: right; } code { font-size: .88em; overflow-wrap: anywhere; }
+th.n { text-align: right; } code { font-size: .88em; } td code { white-space: nowrap; }
 .scroll { overflow-x: auto; border: 1px solid var(--line); border-radius: 10px; }
 .mark { border-radius: 99px; padding: .05rem .6rem; font-size: .82rem; white-space: nowrap; }
 .holds { background: #dff3ea; color: #14573f; } .fails { background: #fbe3e5; color: #86202e; }
@@ -40,7 +40,9 @@ _VERDICTS = {
     "holds": "holds",
     "exceeded": "holds",
     "below the claim": "fails",
-    "differs": "fails",
+    "faster": "holds",
+    "slower": "fails",
+    "other data": "beyond",
     "no claim": "beyond",
 }
 
@@ -51,22 +53,26 @@ def verdict_of(row):
     Parameters
     ----------
     row : mapping
-        ``thesis, here, low, high``, text.
+        ``thesis, here, low, high, unit``, text.
 
     Returns
     -------
     str
         "holds" when the claim lies within the interval or equals the number, "exceeded"
-        or "below the claim" when it lies outside, "differs" when there is no interval,
-        "no claim" when the thesis has none.
+        or "below the claim" when it lies outside; "faster" or "slower" for seconds;
+        "other data" when a count differs, as with fewer subjects; "no claim" when the
+        thesis has none.
     """
     if not row["thesis"]:
         return "no claim"
     claim, here = float(row["thesis"]), float(row["here"])
-    if not row["low"]:
-        return "holds" if claim == here else "differs"
-    if float(row["low"]) <= claim <= float(row["high"]):
+    if row["unit"] == SECONDS:
+        return "faster" if here < claim else "slower"
+    low, high = (float(row[key]) if row[key] else here for key in ("low", "high"))
+    if low <= claim <= high:
         return "holds"
+    if row["unit"] and not row["low"]:
+        return "other data"
     return "exceeded" if here > claim else "below the claim"
 
 

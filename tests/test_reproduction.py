@@ -43,18 +43,21 @@ def test_a_failing_notebook_is_named_with_its_error(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("thesis", "here", "low", "high", "verdict"),
+    ("thesis", "here", "low", "high", "unit", "verdict"),
     [
-        ("", "0.5", "", "", "no claim"),
-        ("40", "40", "", "", "holds"),
-        ("40", "28", "", "", "differs"),
-        ("0.9", "0.88", "0.85", "0.91", "holds"),
-        ("0.9", "0.8", "0.75", "0.85", "below the claim"),
-        ("0.9", "0.97", "0.95", "0.99", "exceeded"),
+        ("", "0.5", "", "", "", "no claim"),
+        ("40", "40", "", "", "videos", "holds"),
+        ("40", "28", "", "", "videos", "other data"),
+        ("0.9", "0.88", "0.85", "0.91", "", "holds"),
+        ("0.9", "0.8", "0.75", "0.85", "", "below the claim"),
+        ("0.9", "0.97", "0.95", "0.99", "", "exceeded"),
+        ("0.9", "0.8", "", "", "", "below the claim"),
+        ("1.04", "0.05", "", "", "s", "faster"),
+        ("1.04", "1.05", "", "", "s", "slower"),
     ],
 )
-def test_verdicts(thesis, here, low, high, verdict):
-    row = {"thesis": thesis, "here": here, "low": low, "high": high}
+def test_verdicts(thesis, here, low, high, unit, verdict):
+    row = {"thesis": thesis, "here": here, "low": low, "high": high, "unit": unit}
     assert report.verdict_of(row) == verdict
 
 

@@ -61,8 +61,7 @@ class Recording:
     @property
     def summary(self):
         """What this is, in a few words, for a result row."""
-        people = self.subjects.nunique()
-        return f"{self.name}, {people} subjects, {len(self.sequences) - len(self.copies)} walks"
+        return f"{self.name}, {self.subjects.nunique()} subjects"
 
     def sequence(self, name):
         """The boxes of one sequence.
