@@ -6,6 +6,7 @@ output cell: the picture changes in place, without flicker.
 
 import base64
 import io
+import threading
 from dataclasses import replace
 
 import ipywidgets
@@ -48,12 +49,18 @@ class Panel(ipywidgets.VBox):
     def __init__(self, draw, controls, *, figsize=(8, 3.6), right=0.97):
         self.draw = draw
         self.controls = controls
-        self.picture = ipywidgets.Image(format="png")
+        self.picture = ipywidgets.Image(
+            format="png", layout={"max_width": "100%", "align_self": "flex-start"}
+        )
         self.text = ipywidgets.HTML()
         # Fixed margins: laying out anew at every move would cost as much as drawing.
         self._figure = Figure(figsize=figsize, dpi=80, layout="none")
         self._margins = {"left": 0.09, "right": right, "bottom": 0.16, "top": 0.9}
         FigureCanvasAgg(self._figure)
+        # JupyterLab sends slider moves through several threads of the kernel; one figure
+        # can be drawn by one of them at a time.
+        self._turn = threading.Lock()
+        self._drawn = None
         for control in controls.values():
             control.observe(self._follow, names="value")
         super().__init__([*controls.values(), self.text, self.picture])
@@ -65,10 +72,18 @@ class Panel(ipywidgets.VBox):
         return {**bundle, "image/png": base64.b64encode(self.picture.value).decode()}
 
     def _follow(self, _change=None):
+        with self._turn:
+            values = {name: control.value for name, control in self.controls.items()}
+            # A move that waited for its turn may have been overtaken and drawn already.
+            if values != self._drawn:
+                self._redraw(values)
+                self._drawn = values
+
+    def _redraw(self, values):
         self._figure.clear()
         self._figure.subplots_adjust(**self._margins)
         try:
-            said = self.draw(self._figure, **{name: c.value for name, c in self.controls.items()})
+            said = self.draw(self._figure, **values)
         except McnError as fault:
             # What a slider asks may be impossible; the message says why.
             said = f"<b>{type(fault).__name__}</b>: {fault}"
@@ -148,7 +163,7 @@ def mirror_panel(recording):
     return Panel(
         draw,
         {
-            "sequence": ipywidgets.Dropdown(options=oblique, description="walk"),
+            "sequence": ipywidgets.Dropdown(options=oblique, **_label("walk", width="480px")),
             "every": _slider("every … frames", 2, 30, 10),
         },
     )
@@ -175,7 +190,9 @@ def phase_panel(recording):
     return Panel(
         draw,
         {
-            "sequence": ipywidgets.Dropdown(options=list(judge.walks), description="walk"),
+            "sequence": ipywidgets.Dropdown(
+                options=list(judge.walks), **_label("walk", width="480px")
+            ),
             **_phase_controls(),
         },
     )
@@ -275,24 +292,31 @@ class _PhaseJudge:
 def _phase_controls():
     return {
         "dimension": ipywidgets.ToggleButtons(
-            options=[("height", H), ("width", W)], description="curve"
+            options=[("height", H), ("width", W)], **_label("curve")
         ),
         "prominence": ipywidgets.FloatSlider(
-            value=phase.PROMINENCE, min=0, max=10, step=0.5, **_label("prominence (px)")
+            value=phase.PROMINENCE,
+            min=0,
+            max=10,
+            step=0.5,
+            **_label("prominence (px)", width="480px"),
         ),
         "spacing": _slider("spacing (frames)", 1, 15, phase.SPACING),
         "soft_rule": ipywidgets.ToggleButtons(
-            options=[("drop", "line"), ("keep", "keep")], description="soft extrema"
+            options=[("drop", "line"), ("keep", "keep")], **_label("soft extrema")
         ),
     }
 
 
 def _slider(label, low, high, value, *, step=1):
-    return ipywidgets.IntSlider(value=value, min=low, max=high, step=step, **_label(label))
+    return ipywidgets.IntSlider(
+        value=value, min=low, max=high, step=step, **_label(label, width="480px")
+    )
 
 
-def _label(text):
-    return {"description": text, "style": {"description_width": "130px"}, "continuous_update": True}
+def _label(text, *, width="auto"):
+    style = {"description_width": "130px"}
+    return {"description": text, "style": style, "layout": {"width": width}}
 
 
 def _overlap(body, true):

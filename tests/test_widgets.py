@@ -5,7 +5,10 @@ import matplotlib
 matplotlib.use("Agg")
 
 import re
+import threading
+import time
 
+import ipywidgets
 import numpy as np
 import pytest
 
@@ -82,6 +85,31 @@ def test_what_cannot_be_is_said_in_words(casia, masks):
 def test_readers_without_a_kernel_see_the_picture(masks):
     panel = widgets.silhouette_panel(masks)
     assert "image/png" in panel._repr_mimebundle_()
+
+
+def test_moves_from_several_threads_take_turns():
+    """JupyterLab may deliver two moves at once; no picture may be half of another."""
+    inside, most = [], []
+
+    def draw(figure, value):
+        inside.append(value)
+        most.append(len(inside))
+        time.sleep(0.01)
+        figure.subplots().plot([0, value])
+        inside.pop()
+        return str(value)
+
+    panel = widgets.Panel(draw, {"value": ipywidgets.IntSlider(value=0, max=100)})
+    threads = [
+        threading.Thread(target=setattr, args=(panel.controls["value"], "value", value))
+        for value in range(1, 9)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert max(most) == 1
+    assert panel.text.value == str(panel.controls["value"].value)
 
 
 def test_mirror_panel_offers_the_oblique_walks(casia):
