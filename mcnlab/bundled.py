@@ -10,6 +10,7 @@ import gzip
 import hashlib
 import json
 import os
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -137,8 +138,11 @@ def read_casia_a(folder):
         When a file is missing or not such a table.
     """
     folder = Path(folder)
-    boxes = read_table(folder / "boxes.csv.gz", dtype={SEQUENCE: str, columns.SUBJECT: str})
-    columns.check_boxes(boxes, argument=f"{folder.name}/boxes.csv.gz")
+    path = folder / "boxes.csv.gz"
+    if not path.is_file() and path.with_suffix("").is_file():
+        path = path.with_suffix("")
+    boxes = read_table(path, dtype={SEQUENCE: str, columns.SUBJECT: str})
+    columns.check_boxes(boxes, argument=f"{folder.name}/{path.name}")
     return casia_a_recording(boxes, casia.read_directions(folder / "directions.csv"))
 
 
@@ -291,17 +295,25 @@ def check_bundled(folder=BUNDLED):
     for note in sorted(Path(folder).glob("*/provenance.json")):
         try:
             held = json.loads(note.read_text())
-            tables = held["tables"]
-        except (OSError, ValueError, KeyError) as fault:
+            facts = [
+                (name, held["dataset"], fact["rows"], fact["sha256"])
+                for name, fact in held["tables"].items()
+            ]
+        except (OSError, ValueError, LookupError, TypeError, AttributeError) as fault:
             raise DatasetError(f"{note} is not a provenance note ({fault}); restore it.") from fault
-        for name, facts in tables.items():
-            content = gzip.decompress((note.parent / name).read_bytes())
+        for name, dataset, count, checksum in facts:
+            try:
+                content = gzip.decompress((note.parent / name).read_bytes())
+            except (OSError, EOFError, zlib.error) as fault:
+                raise DatasetError(
+                    f"{note.parent.name}/{name} cannot be read ({fault}); restore it."
+                ) from fault
             rows.append(
                 {
                     "table": f"{note.parent.name}/{name}",
-                    "rows": facts["rows"],
-                    "dataset": held["dataset"],
-                    "sound": _sha256(content) == facts["sha256"],
+                    "rows": count,
+                    "dataset": dataset,
+                    "sound": _sha256(content) == checksum,
                 }
             )
     if not rows:
@@ -318,7 +330,7 @@ def read_table(path, **options):
             f"{path} is missing; install mcnlab from its checkout (pip install -e .), which "
             "holds data/."
         ) from fault
-    except (OSError, EOFError, ValueError, UnicodeDecodeError, pd.errors.ParserError) as fault:
+    except (OSError, EOFError, ValueError, zlib.error, pd.errors.ParserError) as fault:
         raise DatasetError(f"{path} is not a table ({fault}); restore it.") from fault
 
 

@@ -8,6 +8,7 @@ and y downwards; a box covers columns ``x … x + w − 1`` and rows ``y … y +
 from typing import Final, NamedTuple
 
 import numpy as np
+from pandas.api.types import is_numeric_dtype
 
 from mcnlab.errors import TableError
 
@@ -25,6 +26,8 @@ DIRECTION: Final = "direction"  # 1 … 8, clockwise from "away"
 
 BOX_COLUMNS: Final = (SEQUENCE, SUBJECT, FRAME, X, Y, W, H, CX, CY)
 MEASURES: Final = (X, Y, W, H, CX, CY)
+PIXEL_LIMIT: Final = 1e6  # no image is larger
+FRAME_LIMIT: Final = 1e9  # a year at 30 frames a second
 
 
 def check_columns(table, columns, *, argument):
@@ -33,6 +36,11 @@ def check_columns(table, columns, *, argument):
     if held is None:
         raise TableError(f"{argument} is a {type(table).__name__}; pass a pandas DataFrame.")
     missing = [name for name in columns if name not in held]
+    twice = [name for name in columns if list(held).count(name) > 1]
+    if twice:
+        raise TableError(
+            f"{argument} has the column(s) {', '.join(twice)} twice; keep one of each."
+        )
     if missing:
         raise TableError(
             f"{argument} lacks the column(s) {', '.join(missing)}; "
@@ -60,13 +68,12 @@ def check_boxes(boxes, *, argument="boxes"):
     check_columns(boxes, BOX_COLUMNS, argument=argument)
     if len(boxes) == 0:
         raise TableError(f"{argument} has no rows; pass at least one box.")
-    try:
-        values = boxes[[FRAME, *MEASURES]].to_numpy(dtype=float)
-    except (TypeError, ValueError) as fault:
+    text = [name for name in (FRAME, *MEASURES) if not is_numeric_dtype(boxes[name])]
+    if text:
         raise TableError(
-            f"{argument} holds text where numbers belong ({fault}); "
-            "convert the box columns to numbers."
-        ) from fault
+            f"{argument} holds text or objects in {', '.join(text)}; convert it to numbers."
+        )
+    values = np.stack([boxes[name].to_numpy(float) for name in (FRAME, *MEASURES)], axis=1)
     if boxes[SEQUENCE].isna().any() or boxes[SUBJECT].isna().any():
         raise TableError(f"{argument} has rows without a sequence or subject; name them.")
     finite = np.isfinite(values).all(axis=1)
@@ -75,6 +82,13 @@ def check_boxes(boxes, *, argument="boxes"):
         raise TableError(
             f"{argument} row {row} holds a value that is not finite; drop that row: "
             "a frame without a walker has no row."
+        )
+    vast = (np.abs(values) > [FRAME_LIMIT] + [PIXEL_LIMIT] * len(MEASURES)).any(axis=1)
+    if vast.any():
+        row = int(np.flatnonzero(vast)[0])
+        raise TableError(
+            f"{argument} row {row} holds a frame number or a place beyond any video; "
+            "check its units: frames and pixels."
         )
     flat = (boxes[W].to_numpy() <= 0) | (boxes[H].to_numpy() <= 0)
     if flat.any():
@@ -142,6 +156,8 @@ def stack_sequences(boxes, names=MEASURES):
         between could not be held.
     """
     check_boxes(boxes)
+    names = tuple(names)
+    check_columns(boxes, names, argument="boxes")
     walks = list(split_sequences(boxes))
     frame = boxes[FRAME].to_numpy(dtype=np.int64)
     start = np.array([frame[at.start] for _, at in walks])

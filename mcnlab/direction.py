@@ -34,15 +34,12 @@ _GROUP_OF = np.array([0, 1, 2, 3, 4, 5, 4, 3, 2])  # by direction
 
 def group_of(directions):
     """The group 1 … 5 that a phase can tell a direction 1 … 8 apart by."""
-    directions = np.asarray(directions)
-    if not np.isin(directions, DIRECTIONS).all():
-        raise ArgumentError("directions holds values other than the whole numbers 1 to 8.")
-    return _GROUP_OF[directions]
+    return _GROUP_OF[_check_directions(directions)]
 
 
 def heading_of(direction):
     """The heading of a direction 1 … 8, degrees clockwise from "away"."""
-    return 45.0 * (np.asarray(direction) - 1)
+    return 45.0 * (_check_directions(direction) - 1)
 
 
 def direction_of(heading):
@@ -159,6 +156,11 @@ def leave_one_subject_out(estimator, X, y, subjects):
         When there are fewer than two subjects.
     """
     X, y, subjects = np.asarray(X), np.asarray(y), np.asarray(subjects)
+    if not len(X) == len(y) == len(subjects):
+        raise ArgumentError(
+            f"X, y and subjects hold {len(X)}, {len(y)} and {len(subjects)} walks; "
+            "pass as many of each."
+        )
     if len(np.unique(subjects)) < 2:
         raise ArgumentError("subjects names one subject only; leaving one out needs two.")
     said = np.empty_like(y)
@@ -240,6 +242,13 @@ def phase_space_classifier():
     from sklearn.preprocessing import StandardScaler
 
     return make_pipeline(StandardScaler(), LinearDiscriminantAnalysis())
+
+
+def _check_directions(directions):
+    directions = np.asarray(directions)
+    if not np.isin(directions, DIRECTIONS).all():
+        raise ArgumentError("directions holds values other than the whole numbers 1 to 8.")
+    return directions.astype(int)
 
 
 def _as_phases(values):

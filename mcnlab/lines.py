@@ -168,13 +168,14 @@ def _threads():
 
 def _check_points(x, y, weights):
     y = np.asarray(y, dtype=float)
-    x = np.broadcast_to(np.asarray(x, dtype=float), y.shape)
+    x = np.asarray(x, dtype=float)
     weights = np.ones(y.shape) if weights is None else np.asarray(weights, dtype=float)
-    if y.ndim == 0 or weights.shape != y.shape:
+    if y.ndim == 0 or weights.shape != y.shape or x.shape not in (y.shape, y.shape[-1:]):
         raise ArgumentError(
-            f"y has shape {y.shape} and weights {weights.shape}; they must agree, with at "
-            "least one axis."
+            f"x has shape {x.shape}, y {y.shape} and weights {weights.shape}; they must agree, "
+            "with at least one axis."
         )
+    x = np.broadcast_to(x, y.shape)
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(weights).all()):
         raise ArgumentError("x, y or weights hold values that are not finite; drop those points.")
     if (weights < 0).any():

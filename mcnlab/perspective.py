@@ -253,6 +253,9 @@ def measure_headings(recording, *, focal_length, window=None, shared="subject", 
         window = require_count("window", window, low=4)
     if cameras is None:
         cameras = estimate_cameras(recording, focal_length=focal_length, shared=shared)
+    unknown = [name for name in stack.names if name not in cameras]
+    if unknown:
+        raise ArgumentError(f"cameras lacks {unknown[0]!r}; give every sequence its camera.")
     trusted = uncut(stack, recording.frame_width, recording.frame_height)
     walk, start, cut = _cut_windows(stack, window)
     weights = cut(trusted)
@@ -454,8 +457,10 @@ def estimate_focal_length(recording, *, shared="subject", low=100.0, high=2000.0
     McnError
         When no subject has two walks, or the spread has no minimum within the range.
     """
-    subjects = recording.subjects
+    low = require_number("low", low, above=0, unit="pixels")
+    high = require_number("high", high, above=low, unit="pixels")
     recording = recording.without_copies()
+    subjects = recording.subjects
     reference = 1000.0
     walks = measure_headings(recording, focal_length=reference, shared=shared)
     who = subjects[walks[SEQUENCE]].to_numpy()

@@ -129,6 +129,8 @@ def measure_phase(frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft
             f"frames has shape {frames.shape} and curve {curve.shape}; a phase needs one value "
             "a frame, three frames or more."
         )
+    if not np.isfinite(frames).all() or (np.diff(frames) <= 0).any():
+        raise ArgumentError("frames must be finite and rise; sort them and drop repeated ones.")
     require_choice("soft_rule", soft_rule, SOFT_RULES)
     maxima, minima = find_extrema(curve, prominence=prominence, spacing=spacing)
     trend = fit_line(frames, curve)

@@ -75,6 +75,8 @@ def accuracy(right, *, own=None):
     right = np.asarray(right, dtype=bool)
     if right.ndim != 1 or len(right) == 0:
         raise ArgumentError(f"right has shape {right.shape}; pass one flag an answer.")
+    if own is not None and np.shape(own) != right.shape:
+        raise ArgumentError(f"own has shape {np.shape(own)}, right {right.shape}; pass as many.")
     n = len(right) if own is None else int(np.count_nonzero(own))
     share = float(right.mean())
     return Estimate(share, *wilson_interval(share, n), n)
@@ -99,6 +101,8 @@ def mean_by_subject(values, subjects, *, seed=0, draws=4000):
     values = np.asarray(values, dtype=float)
     if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
         raise ArgumentError("values must be a non-empty sequence of finite numbers.")
+    if np.shape(subjects) != values.shape:
+        raise ArgumentError(f"subjects names {len(subjects)} of {len(values)} values; name all.")
     _, codes = np.unique(np.asarray(subjects, dtype=str), return_inverse=True)
     total, count = np.bincount(codes, values), np.bincount(codes)
     drawn = np.random.default_rng(seed).integers(len(count), size=(draws, len(count)))
@@ -161,7 +165,9 @@ class Results:
         if any(row.id == name for row in self.rows):
             raise ArgumentError(f"name {name!r} was reported before; report an id once.")
         estimate = here if isinstance(here, Estimate) else Estimate(here, None, None, None)
-        require_number(name, float(estimate.value))
+        for number in (thesis, *estimate[:3]):
+            if number is not None or number is estimate.value:
+                require_number(name, number)
         self.rows.append(
             Row(
                 id=name,
@@ -208,4 +214,7 @@ def _text(value):
         return ""
     if isinstance(value, int | np.integer):
         return str(int(value))
-    return f"{value:.4f}".rstrip("0").rstrip(".") if abs(value) < 1000 else f"{value:.0f}"
+    if abs(value) >= 1000:
+        return f"{value:.0f}"
+    text = f"{value:.4f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text

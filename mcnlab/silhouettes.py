@@ -26,6 +26,7 @@ _OFF_COLUMN = 0.5  # a fragment's centroid off the body's by more is not the wal
 # A rest of this share of the body's height and area is a second walker.
 _RIVAL_HEIGHT, _RIVAL_AREA = 0.6, 0.35
 _NEIGHBOURS = 11  # frames, for what is expected of a frame from those around it
+FLOW_LEAST = 16  # pixels: DIS flow works on patches of 8
 _SUBPIXEL = 16  # centroids are kept to 1/16 pixel, which mirrors exactly
 
 
@@ -153,10 +154,14 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
     table = np.array(rows)
     _mend(table, found)
     if frames is not None:
-        frames = np.asarray(frames)
-        if frames.shape != (len(numbers),) or (np.diff(frames) <= 0).any():
+        frames = np.asarray(frames, dtype=float)
+        if (
+            frames.shape != (len(numbers),)
+            or not (frames == np.round(frames)).all()
+            or (np.diff(frames) <= 0).any()
+        ):
             raise ArgumentError(
-                f"frames must be {len(numbers)} rising frame numbers, one a mask; "
+                f"frames must be {len(numbers)} rising whole numbers, one a mask; "
                 f"got shape {frames.shape}."
             )
         table[:, 0] = frames[table[:, 0].astype(int) - 1]
@@ -215,9 +220,12 @@ def measure_sequences(sequences, *, min_area=MIN_AREA, n_jobs=-1, progress=False
 
 
 def close_gaps(mask, *, size=5):
-    """Bridge gaps narrower than `size` pixels: morphological closing with a disc."""
+    """Bridge gaps narrower than `size` pixels: morphological closing with a disc.
+
+    An even size counts as the next odd one: the disc needs a middle.
+    """
     mask = check_mask(mask)
-    size = require_count("size", size, low=1)
+    size = require_count("size", size, low=1) | 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     padded = cv2.copyMakeBorder(mask, size, size, size, size, cv2.BORDER_CONSTANT, value=0)
     closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)
@@ -256,6 +264,10 @@ def rectify_with_flow(masks, *, reach=2, blur=3.0):
     if len(masks) < 2 or len({mask.shape for mask in masks}) != 1:
         raise ArgumentError("masks must be at least two images of one size; flow needs neighbours.")
     height, width = masks[0].shape
+    if min(height, width) < FLOW_LEAST:
+        raise ArgumentError(
+            f"masks are {width}×{height} pixels; flow needs {FLOW_LEAST} each way. Enlarge them."
+        )
     smooth = [cv2.GaussianBlur(mask, (0, 0), blur) for mask in masks]
     flow = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float32)
@@ -286,13 +298,15 @@ def _check_window(mask):
         raise ArgumentError(f"mask has shape {image.shape}; pass an image (height, width).")
     if not (np.issubdtype(image.dtype, np.number) or image.dtype == bool):
         raise ArgumentError(f"mask has dtype {image.dtype}; pass a binary image of numbers.")
+    if image.dtype == bool:
+        image = image.astype(np.uint8) * 255
     if image.dtype == np.uint8:
         image = np.ascontiguousarray(image)
         # The sum is 255 times the count just where every pixel but the black ones is white.
         if cv2.norm(image, cv2.NORM_L1) == 255 * cv2.countNonZero(image):
             return image, cv2.boundingRect(image)
     values = np.unique(image)
-    if len(values) > 2 or 0 not in values:
+    if len(values) > 2 or 0 not in values or not np.isfinite(values).all():
         raise ArgumentError(
             f"mask has {len(values)} grey levels ({values[0]} … {values[-1]}); "
             "pass a binary one: 0 for background, one other value for the walker."
@@ -322,8 +336,10 @@ def _find_fragments(mask, window):
     if w == 0:
         none = np.zeros(0, int)
         return _Fragments(none, none, none, none, none, np.zeros((0, 2)), np.zeros((0, 0)), window)
+    # Labels of 16 bits are quicker, but would run over if a large window were all specks.
+    kind = cv2.CV_16U if w * h < 4 * 2**16 else cv2.CV_32S
     _, labels, stats, centroids = cv2.connectedComponentsWithStats(
-        mask[window], connectivity=8, ltype=cv2.CV_16U
+        mask[window], connectivity=8, ltype=kind
     )
     left, top, width, height, area = stats[1:].T
     return _Fragments(
@@ -466,6 +482,8 @@ def _measure_or_explain(sequence, min_area):
         table = measure_sequence(
             sequence.frames(), sequence=sequence.name, subject=sequence.subject, min_area=min_area
         )
-    except (DatasetError, SilhouetteError) as fault:
-        return None, str(fault)
+    except DatasetError as fault:
+        return None, str(fault)  # names the sequence itself
+    except SilhouetteError as fault:
+        return None, f"sequence {sequence.name}: {fault}"
     return table, None

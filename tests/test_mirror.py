@@ -87,6 +87,10 @@ def test_pixel_coordinates_mirror_exactly(make_boxes):
 @settings(max_examples=400)
 # Two equal pieces in one row: which is the body must not hang on which is more to the left.
 @example([[(8, 1, 1, 2), (0, 5, 1, 3), (8, 5, 1, 3)]], 1)
+# A centroid midway between two sixteenths must be rounded the same way from both sides.
+@example([[(36, 0, 5, 1), (30, 0, 6, 4), (34, 5, 3, 1)]], 1)
+# Two equal pieces in a frame that its neighbours mend.
+@example([[(20, 5, 8, 20)]] * 3 + [[(20, 1, 3, 28), (25, 1, 4, 21)]] + [[(20, 5, 8, 20)]] * 3, 12)
 def test_measuring_a_mirror_image_gives_the_mirrored_table(frames, min_area):
     masks = np.array([paint(shapes) for shapes in frames])
     tables = []

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from mcnlab.columns import DIRECTION, SEQUENCE, SUBJECT
-from mcnlab.errors import DatasetError, TableError
+from mcnlab.errors import DatasetError
 from mcnlab.files import write_whole
 
 NAME = "casia-a"
@@ -255,15 +255,18 @@ def read_directions(path):
         names = table[SEQUENCE].astype(str)
         if SUBJECT in table:
             names = table[SUBJECT].astype(str) + "-" + names
-        values = table[DIRECTION].astype(int).to_numpy()
+        values = table[DIRECTION].to_numpy(dtype=float)
+        if not (np.isfinite(values) & (values == np.round(values)) & (np.abs(values) < 1e9)).all():
+            raise ValueError("a direction is not a whole number")
     except FileNotFoundError as fault:
         raise DatasetError(
             f"{path} is missing; put the table subject,sequence,direction there."
         ) from fault
-    except (KeyError, ValueError, TableError, pd.errors.ParserError) as fault:
+    except (KeyError, ValueError, OSError, OverflowError, pd.errors.ParserError) as fault:
         raise DatasetError(
             f"{path} is not a table subject,sequence,direction ({fault}); mend it."
         ) from fault
+    values = values.astype(int)
     return pd.Series(values, index=pd.Index(names, name=SEQUENCE), name=DIRECTION)
 
 

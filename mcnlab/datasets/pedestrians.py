@@ -6,15 +6,17 @@ PETS 2009 S2.L1, View 1: J. Ferryman and A. Shahrokni, "PETS2009: Dataset and ch
 from its Tsai calibration (R. Tsai, IEEE J. Robotics and Automation 3(4), 1987).
 """
 
+import warnings
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from mcnlab.columns import CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y
+from mcnlab.columns import CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y, check_columns
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import DatasetError
+from mcnlab.lines import fit_lines
 
 PETS = "pets2009"
 PETS_WIDTH, PETS_HEIGHT = 768, 576  # pixels of the boxes
@@ -56,7 +58,7 @@ def read_pets(folder):
         ]
     except FileNotFoundError as fault:
         raise DatasetError(f"{path} is missing; put PETS 2009's box file there.") from fault
-    except (ElementTree.ParseError, KeyError, ValueError, AttributeError) as fault:
+    except (OSError, ElementTree.ParseError, LookupError, ValueError, AttributeError) as fault:
         raise DatasetError(
             f"{path} is not a PETS box file ({fault}); each frame needs objects with an id and "
             "a box of xc, yc, w and h."
@@ -93,15 +95,22 @@ def read_mot_world(path):
     """
     path = Path(path)
     try:
-        values = np.loadtxt(path, delimiter=",", ndmin=2)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # an empty file is refused below
+            values = np.loadtxt(path, delimiter=",", ndmin=2)
     except FileNotFoundError as fault:
         raise DatasetError(f"{path} is missing; put the ground truth there.") from fault
-    except ValueError as fault:
-        raise DatasetError(f"{path} is not a table of numbers: {fault}.") from fault
-    if values.shape[1] < 9 or len(values) == 0 or not np.isfinite(values).all():
+    except (OSError, ValueError) as fault:
+        raise DatasetError(f"{path} is not a table of numbers: {fault}; restore it.") from fault
+    if values.shape[1] < 9 or len(values) == 0 or not (np.abs(values) < 1e9).all():
         raise DatasetError(
             f"{path} has {values.shape[1]} columns in {len(values)} rows; world positions need "
             "the ten finite columns of MOT15: frame, id, box, conf, X, Y, Z."
+        )
+    who = values[:, :2]
+    if (who != np.round(who)).any() or len(np.unique(who, axis=0)) != len(who):
+        raise DatasetError(
+            f"{path} has a frame or id that is not whole, or a person twice in a frame; mend it."
         )
     return pd.DataFrame(
         {
@@ -136,9 +145,11 @@ def read_tsai_place(path):
         held = ElementTree.parse(path).getroot().find("Extrinsic").attrib
         shift = np.array([float(held[key]) for key in ("tx", "ty", "tz")])
         turn = np.array([float(held[key]) for key in ("rx", "ry", "rz")])
+        if not np.isfinite([*shift, *turn]).all():
+            raise ValueError("a number is not finite")
     except FileNotFoundError as fault:
         raise DatasetError(f"{path} is missing; put the camera's calibration there.") from fault
-    except (ElementTree.ParseError, AttributeError, KeyError, ValueError) as fault:
+    except (OSError, ElementTree.ParseError, AttributeError, LookupError, ValueError) as fault:
         raise DatasetError(
             f"{path} is not a Tsai calibration ({fault}); it needs Extrinsic tx … rz."
         ) from fault
@@ -176,8 +187,10 @@ def true_headings(world, windows, *, place, window, frame_rate):
     DatasetError
         When a window has fewer than two positions.
     """
-    from mcnlab.lines import fit_lines
-
+    check_columns(world, (SEQUENCE, FRAME, WORLD_X, WORLD_Y), argument="world")
+    check_columns(windows, (SEQUENCE, FRAME), argument="windows")
+    if world.duplicated([SEQUENCE, FRAME]).any():
+        raise DatasetError("world has a person twice in one frame; drop the duplicates.")
     frames = windows[FRAME].to_numpy()[:, None] + np.arange(window)
     names = np.repeat(windows[SEQUENCE].to_numpy(), window)
     index = pd.MultiIndex.from_arrays([names, frames.ravel()])
