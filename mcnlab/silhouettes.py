@@ -152,7 +152,7 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
             + "; pass a sequence with a walker in it."
         )
     table = np.array(rows)
-    _mend(table, found)
+    _mend(table, found, min_area)
     if frames is not None:
         frames = np.asarray(frames, dtype=float)
         if (
@@ -376,16 +376,23 @@ def _check_foreground(found, shape, min_area):
 
 def _join_fragments(found, min_area):
     """Which fragments make the body: the largest, then whatever stands in its column."""
-    # Equal areas are ordered by place, not by label, so that a mirrored image gives the
-    # mirrored body.
     if len(found.area) == 1:
         return np.ones(1, bool)
-    seed = np.lexsort((found.bottom - found.top, found.bottom, found.area))[-1]
+    large = found.area >= min_area
+    seeds = found.area == found.area.max()
+    if np.count_nonzero(large) <= 1:
+        return seeds
+    # Of equal seeds the one that gathers most, not the one more to the left: a mirrored
+    # image must give the mirrored body.
+    bodies = [_grow_body(found, seed, large) for seed in np.flatnonzero(seeds)]
+    if len(bodies) == 1:
+        return bodies[0]
+    return max(bodies, key=lambda body: (found.area[body].sum(), found.bottom[body].max()))
+
+
+def _grow_body(found, seed, large):
     chosen = np.zeros(len(found.area), bool)
     chosen[seed] = True
-    large = found.area >= min_area
-    if np.count_nonzero(large) <= 1:
-        return chosen
     size = np.sqrt(found.area)
     while True:
         left, top = found.left[chosen].min(), found.top[chosen].min()
@@ -436,12 +443,13 @@ def _box(found, chosen):
     right, bottom = int(found.right[chosen].max()), int(found.bottom[chosen].max())
     weight = found.area[chosen]
     area = int(weight.sum())
-    centroid = (found.centroid[chosen] * weight[:, None]).sum(axis=0) / area
+    # Sums of pixel coordinates are whole: rounded, they do not hang on the order.
+    centroid = np.round(found.centroid[chosen] * weight[:, None]).sum(axis=0) / area
     cx, cy = np.round(centroid * _SUBPIXEL) / _SUBPIXEL
     return left, top, right - left, bottom - top, float(cx), float(cy), area
 
 
-def _mend(table, found):
+def _mend(table, found, min_area):
     """Measure again, in place, the frames whose box departs from their neighbours'."""
     if len(table) < 5:
         return
@@ -467,9 +475,10 @@ def _mend(table, found):
                 inside
                 & (fragments.top >= usual_top[at] - slack)
                 & (fragments.bottom <= usual_bottom[at] + slack)
-                & (fragments.area >= MIN_AREA // 2)
+                & (2 * fragments.area >= min_area)
             )
-            chosen[np.where(inside, fragments.area, 0).argmax()] = True
+            largest = np.where(inside, fragments.area, 0)
+            chosen |= largest == largest.max()
             new = _box(fragments, chosen)
             missed = abs(top[at] - usual_top[at]) + abs(bottom[at] - usual_bottom[at])
             misses = abs(new[1] - usual_top[at]) + abs(new[1] + new[3] - usual_bottom[at])
