@@ -81,8 +81,11 @@ def find_extrema(curve, *, prominence=PROMINENCE, spacing=SPACING):
             f"curve has shape {curve.shape} or values that are not finite; pass one finite "
             "number a frame."
         )
-    prominence = require_number("prominence", prominence, low=0, unit="pixels")
-    spacing = require_number("spacing", spacing, low=1, unit="frames")
+    prominence, spacing, _ = _check_thresholds(prominence, spacing, SOFT_RULES[0])
+    return _find_extrema(curve, prominence, spacing)
+
+
+def _find_extrema(curve, prominence, spacing):
     # find_peaks needs a prominence above zero to leave plateaus of the whole curve out.
     options = {"prominence": max(prominence, 1e-9), "distance": spacing}
     return find_peaks(curve, **options)[0], find_peaks(-curve, **options)[0]
@@ -131,8 +134,22 @@ def measure_phase(frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft
         )
     if not np.isfinite(frames).all() or (np.diff(frames) <= 0).any():
         raise ArgumentError("frames must be finite and rise; sort them and drop repeated ones.")
-    require_choice("soft_rule", soft_rule, SOFT_RULES)
-    maxima, minima = find_extrema(curve, prominence=prominence, spacing=spacing)
+    if not np.isfinite(curve).all():
+        raise ArgumentError("curve holds values that are not finite; drop those frames.")
+    return _find_phase(frames, curve, *_check_thresholds(prominence, spacing, soft_rule))
+
+
+def _check_thresholds(prominence, spacing, soft_rule):
+    return (
+        require_number("prominence", prominence, low=0, unit="pixels"),
+        require_number("spacing", spacing, low=1, unit="frames"),
+        require_choice("soft_rule", soft_rule, SOFT_RULES),
+    )
+
+
+def _find_phase(frames, curve, prominence, spacing, soft_rule):
+    """`measure_phase` of what was checked before."""
+    maxima, minima = _find_extrema(curve, prominence, spacing)
     trend = fit_line(frames, curve)
     soft = np.zeros(0, int)
     if soft_rule == "line":
@@ -177,7 +194,7 @@ def measure_phases(
     curves = {
         require_choice("dimensions", key, (H, W)): boxes[key].to_numpy(float) for key in dimensions
     }
-    thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
+    thresholds = _check_thresholds(prominence, spacing, soft_rule)
     rows, names = [], []
     for name, at in columns.split_sequences(boxes):
         if at.stop - at.start < 3:
@@ -186,7 +203,7 @@ def measure_phases(
             )
         row = {}
         for key, curve in curves.items():
-            phase = measure_phase(frames[at], curve[at], **thresholds)
+            phase = _find_phase(frames[at], curve[at], *thresholds)
             row[f"m_{key}"], row[f"c_{key}"] = phase.mean
             row[f"complete_{key}"] = phase.complete
         rows.append(row)
