@@ -7,6 +7,7 @@ is the largest fragment *and* the fragments that stand in one column with it.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -296,10 +297,10 @@ def _check_window(mask):
     image = np.asarray(mask)
     if image.ndim != 2 or image.size == 0:
         raise ArgumentError(f"mask has shape {image.shape}; pass an image (height, width).")
-    if not (np.issubdtype(image.dtype, np.number) or image.dtype == bool):
-        raise ArgumentError(f"mask has dtype {image.dtype}; pass a binary image of numbers.")
     if image.dtype == bool:
         image = image.astype(np.uint8) * 255
+    if image.dtype != np.uint8 and not np.issubdtype(image.dtype, np.number):
+        raise ArgumentError(f"mask has dtype {image.dtype}; pass a binary image of numbers.")
     if image.dtype == np.uint8:
         image = np.ascontiguousarray(image)
         # The sum is 255 times the count just where every pixel but the black ones is white.
@@ -315,8 +316,7 @@ def _check_window(mask):
     return image, cv2.boundingRect(image)
 
 
-@dataclass(frozen=True)
-class _Fragments:
+class _Fragments(NamedTuple):
     """The connected components of a mask: boxes in frame coordinates, one row each."""
 
     left: np.ndarray
