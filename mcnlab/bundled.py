@@ -93,7 +93,7 @@ def casia_a(*, mirrored=True, progress=False):
     return add_mirrored(recording) if mirrored else recording
 
 
-def casia_a_recording(boxes, directions, *, problems=()):
+def casia_a_recording(boxes, directions, *, source, problems=()):
     """A CASIA A recording from a box table and labels of at least its sequences."""
     names = list(boxes[SEQUENCE].unique())
     missing = [name for name in names if name not in directions.index]
@@ -111,6 +111,7 @@ def casia_a_recording(boxes, directions, *, problems=()):
         # The labels are the whole dataset's; the silhouettes may be some of it.
         directions=directions[names],
         problems=tuple(problems),
+        source=source,
     )
 
 
@@ -120,7 +121,7 @@ def measure_casia_a(folder, *, min_area=MIN_AREA, n_jobs=-1, progress=False):
         casia.find_sequences(folder), min_area=min_area, n_jobs=n_jobs, progress=progress
     )
     labels = casia.read_directions(Path(folder) / "directions.csv")
-    return casia_a_recording(boxes, labels, problems=problems)
+    return casia_a_recording(boxes, labels, source="measured", problems=problems)
 
 
 def read_casia_a(folder):
@@ -129,8 +130,7 @@ def read_casia_a(folder):
     Parameters
     ----------
     folder : path-like
-        Holds ``boxes.csv.gz`` (or ``boxes.csv``) and ``directions.csv``: the way to
-        bring your own boxes.
+        Holds ``boxes.csv.gz`` (or ``boxes.csv``) and ``directions.csv``.
 
     Raises
     ------
@@ -143,7 +143,8 @@ def read_casia_a(folder):
         path = path.with_suffix("")
     boxes = read_table(path, dtype={SEQUENCE: str, columns.SUBJECT: str})
     columns.check_boxes(boxes, argument=f"{folder.name}/{path.name}")
-    return casia_a_recording(boxes, casia.read_directions(folder / "directions.csv"))
+    labels = casia.read_directions(folder / "directions.csv")
+    return casia_a_recording(boxes, labels, source="bundled")
 
 
 def example_masks(direction, *, seed=0):

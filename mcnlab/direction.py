@@ -17,6 +17,7 @@ from mcnlab.lines import fit_lines_robust
 from mcnlab.phase import relative_growth
 
 DIRECTIONS = tuple(range(1, 9))
+PRESENT = 0.6  # share of the frames that must show the walker whole
 NAMES = {
     1: "away",
     2: "away-right",
@@ -207,8 +208,8 @@ def measure_phase_space(recording):
 def uncut(stack, frame_width, frame_height):
     """Which boxes to trust: those clear of the frame's edge.
 
-    A walker half out of the frame has a box, but not his own.  A walk that would lose
-    more than half of its boxes keeps them all.
+    A walker half out of the frame has a box, but not his own.  A walk that would be left
+    with less than `PRESENT` of its boxes keeps them all.
 
     Parameters
     ----------
@@ -231,7 +232,7 @@ def uncut(stack, frame_width, frame_height):
         & (box[X] + box[W] < frame_width)
         & (box[Y] + box[H] < frame_height)
     )
-    enough = 2 * clear.sum(axis=1) >= np.maximum(stack.valid.sum(axis=1), 2)
+    enough = clear.sum(axis=1) >= np.maximum(PRESENT * stack.valid.sum(axis=1), 2)
     return np.where(enough[:, None], clear, stack.valid)
 
 

@@ -24,13 +24,15 @@ from mcnlab.direction import (
     turn_between,
 )
 from mcnlab.errors import ArgumentError, SilhouetteError, require_count
-from mcnlab.perspective import measure_headings
+from mcnlab.perspective import degrees_of_freedom, measure_headings
 from mcnlab.phase import SOFT_RULES, measure_phases
-from mcnlab.results import accuracy, mean_by_subject
+from mcnlab.results import accuracy, mean_by_subject, share_of
 from mcnlab.silhouettes import measure_sequence
 
 # The noise that the closed form must stand: level 1 of the noise figure.
-HARD_NOISE = SegmentationNoise(specks=20, cut_limbs=1, missing=0.05)
+HARD_NOISE = SegmentationNoise(
+    specks=20, speck_size=(2, 8), cut_limbs=1, cut_share=1.0, missing=0.05
+)
 
 
 def truth_of(recording, sequences=None):
@@ -62,15 +64,18 @@ def judge_phase(recording, phases):
     resubstitution, loso : Estimate
         Share of the five groups told right by separators that were placed on the same
         videos, and by separators placed without the subject's.  Mirrored copies count
-        in the share, not in the interval.
+        in the share, not in the interval.  With one subject, the latter is None.
     """
     phases = np.asarray(phases, dtype=float)
     groups = group_of(truth_of(recording))
     fitted = LinearSeparators().fit(phases, groups).predict(phases)
-    subjects = recording.subjects.to_numpy()
-    left_out = leave_one_subject_out(LinearSeparators(), phases, groups, subjects)
     own = is_own(recording)
-    return accuracy(fitted == groups, own=own), accuracy(left_out == groups, own=own)
+    resubstitution = accuracy(fitted == groups, own=own)
+    subjects = recording.subjects.to_numpy()
+    if len(set(subjects)) < 2:
+        return resubstitution, None
+    left_out = leave_one_subject_out(LinearSeparators(), phases, groups, subjects)
+    return resubstitution, accuracy(left_out == groups, own=own)
 
 
 def sweep_thresholds(recording, *, prominences, spacings, soft_rules=SOFT_RULES):
@@ -103,10 +108,13 @@ def judge_phase_space(recording):
 
     Returns
     -------
-    estimate : Estimate
-    said : ndarray
+    estimate : Estimate or None
+        None with one subject.
+    said : ndarray or None
         The direction said of each sequence.
     """
+    if recording.subjects.nunique() < 2:
+        return None, None
     space = measure_phase_space(recording)
     truth = truth_of(recording, space.index)
     subjects = recording.subjects[space.index].to_numpy()
@@ -127,7 +135,7 @@ def judge_headings(recording, headings):
     Returns
     -------
     right : Estimate
-        Share of directions right.
+        Share of directions right; a walk without any heading counts as wrong.
     error : Estimate
         Mean absolute error, degrees, bootstrapped by subject.
     errors : ndarray
@@ -136,7 +144,11 @@ def judge_headings(recording, headings):
     names = headings[SEQUENCE].to_numpy()
     truth = truth_of(recording, names)
     errors = turn_between(headings["heading"].to_numpy(), heading_of(truth))
-    right = accuracy(headings[DIRECTION].to_numpy() == truth, own=is_own(recording, names))
+    silent = [name for name in recording.sequences if name not in set(names)]
+    right = accuracy(
+        np.r_[headings[DIRECTION].to_numpy() == truth, np.zeros(len(silent), bool)],
+        own=is_own(recording, [*names, *silent]),
+    )
     subjects = recording.subjects[names].to_numpy()
     return right, mean_by_subject(np.abs(errors), subjects), errors
 
@@ -270,6 +282,31 @@ def accuracy_under_noise(
     return found
 
 
+def neighbours_agree(headings):
+    """How often neighbouring windows of a walk agree within their joint 95 % margin.
+
+    Needs no truth: a walk that is straight has one heading.
+
+    Parameters
+    ----------
+    headings : pandas.DataFrame
+        Windows, from `perspective.measure_headings`.
+
+    Returns
+    -------
+    Estimate
+        The interval counts disjoint pairs only.
+    """
+    names = headings[SEQUENCE].to_numpy()
+    heading, margin = headings["heading"].to_numpy(), headings["margin"].to_numpy()
+    pair = names[1:] == names[:-1]
+    apart = np.abs(turn_between(heading[1:], heading[:-1]))[pair]
+    if len(apart) == 0:
+        raise ArgumentError("headings has no walk with two windows; pass shorter windows.")
+    agree = apart <= np.hypot(margin[1:], margin[:-1])[pair]
+    return share_of(agree.mean(), max(1, len(agree) // 2))
+
+
 def calibration(headings, true_headings, *, levels):
     """How often the interval of a given level holds the true heading.
 
@@ -289,11 +326,10 @@ def calibration(headings, true_headings, *, levels):
     from scipy import stats
 
     errors = np.abs(turn_between(headings["heading"].to_numpy(), true_headings))
-    # The margins are 95 % ones; the others follow by the normal quantiles' ratio.
-    return [
-        accuracy(errors <= headings["margin"].to_numpy() * stats.norm.ppf(0.5 + level / 2) / 1.96)
-        for level in levels
-    ]
+    # The margins are 95 % ones; the others follow by the ratio of the quantiles.
+    freedom = degrees_of_freedom(headings["frames"].to_numpy())
+    unit = headings["margin"].to_numpy() / stats.t.ppf(0.975, freedom)
+    return [accuracy(errors <= unit * stats.t.ppf(0.5 + level / 2, freedom)) for level in levels]
 
 
 def time_videos(sequences=None, *, focal_length, most=40):

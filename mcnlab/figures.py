@@ -4,6 +4,7 @@ A notebook shows each figure that it covers; a reproduction keeps the picture as
 ``figure-3.12.png``.  Figures that go beyond the thesis have names instead of numbers.
 """
 
+import io
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from mcnlab.columns import FRAME, SEQUENCE, SUBJECT, H, W
 from mcnlab.direction import DIRECTIONS, LinearSeparators, group_of
 from mcnlab.errors import ArgumentError, SilhouetteError
 from mcnlab.evaluation import truth_of
+from mcnlab.files import write_whole
 from mcnlab.results import OUT
 from mcnlab.silhouettes import close_gaps, find_body, rectify_with_flow
 
@@ -81,12 +83,10 @@ def show(number, *args, **options):
     figure = draw(number, *args, **options)
     out = os.environ.get(OUT)
     if out:
-        folder = Path(out) / "figures"
-        folder.mkdir(parents=True, exist_ok=True)
-        partial = folder / f".{FIGURES[number].file}"
+        picture = io.BytesIO()
         # No date and no version: the same picture gives the same bytes.
-        figure.savefig(partial, format="png", metadata={"Software": None})
-        partial.replace(folder / FIGURES[number].file)
+        figure.savefig(picture, format="png", metadata={"Software": None})
+        write_whole(Path(out) / "figures" / FIGURES[number].file, picture.getvalue())
     plt.show()
 
 
@@ -146,7 +146,8 @@ def mirroring(recording, mirrored):
     left.bar(DIRECTIONS, after, color="white", edgecolor=colours, hatch="///", label="mirrored")
     left.bar(DIRECTIONS, before, color=colours, label="filmed")
     left.set(xlabel="direction", ylabel="videos", xticks=DIRECTIONS, title="Videos a direction")
-    left.legend(loc="lower right", facecolor="white", frameon=True)
+    left.set_ylim(0, 1.25 * after.max())
+    left.legend(loc="upper right", ncols=2)
     copy = sorted(mirrored.copies)[0]
     original = copy.removesuffix("-mirror")
     for name in (original, copy):
@@ -172,7 +173,7 @@ def mirroring(recording, mirrored):
     finding="Left and right differ in place only: their sizes are mirror images.",
 )
 def box_patterns(recording, *, subject=None):
-    """Figure 3.3: one subject's boxes in each of the eight directions."""
+    """Figure 3.3: boxes in each of the eight directions, of one subject if given."""
     figure, axes = plt.subplots(2, 4, figsize=(11, 4.4))
     for direction, ax in zip(DIRECTIONS, axes.flat, strict=True):
         plotting.plot_boxes(
@@ -219,7 +220,7 @@ def width_curves(recording, *, subject=None):
     notebook=TRACE,
     claim="The largest connected component is the subject; optical flow mends the segmentation.",
     finding="The largest component alone loses heads and legs; fragments in one column with it "
-    "are kept here, and the flow's vote brings back what is lost for a few frames.",
+    "are kept here, and the flow's vote brings back what is lost for a frame or two.",
 )
 def rectified_frames(first, second):
     """Figure 3.6: two sequences of masks as they come, and mended."""
@@ -238,7 +239,7 @@ def rectified_frames(first, second):
     section="3.2.1 (b)",
     notebook=TRACE,
     claim="A box fitted to the mended silhouette follows the subject.",
-    finding="Direction 6; the box holds from frame to frame.",
+    finding="Direction 6: what is no body removed and gaps closed above, boxed below.",
 )
 def tracked_frames(masks):
     """Figure 3.7: noise removed and closed above, boxed below."""
@@ -257,7 +258,7 @@ def tracked_frames(masks):
     section="3.2.1 (c)",
     notebook=TRACE,
     claim="Maxima and minima of a gait cycle bound the curve between two lines.",
-    finding="So they do where the curve has enough of them.",
+    finding="They are regressions: the extrema scatter about them, and single ones lie outside.",
 )
 def envelope(walk, **thresholds):
     """Figure 3.8."""
@@ -274,7 +275,7 @@ def envelope(walk, **thresholds):
     section="3.2.1 (c)",
     notebook=TRACE,
     claim="A maximum below the regression line, or a minimum above it, is misplaced.",
-    finding="The rule drops the ripples of bad segmentation, and some true extrema with them.",
+    finding="The rule drops ripples on the wrong side of the regression line.",
 )
 def soft_extrema(walk, **thresholds):
     """Figure 3.9: (a) with soft extrema, (b) without."""
@@ -391,8 +392,8 @@ def thresholds(sweep, claims):
                 ms=3,
                 label=f"{'drop' if rule == 'line' else 'keep'} soft, spacing {spacing}",
             )
-        ax.axhline(claim, color=plotting.UPPER, ls="--", label=f"thesis, {claim}")
-        ax.set(xlabel="prominence (pixels)", title=name)
+        ax.axhline(claim, color=plotting.UPPER, ls="--", label="thesis")
+        ax.set(xlabel="prominence (pixels)", title=f"{name}: the thesis has {claim}")
     axes[0].set_ylabel("groups right by resubstitution (share)")
     axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
@@ -501,8 +502,7 @@ def geometry():
     "The horizon from the walkers",
     notebook=READ,
     claim="Box height is linear in the row of the feet; where it would be zero is the horizon.",
-    finding="Left a subject of CASIA A, the camera at eye level; right synthetic people under "
-    "a camera 7 m up.",
+    finding="Left a subject of CASIA A; right synthetic people under a camera 7 m up.",
 )
 def horizons(level_boxes, level_camera, high_boxes, high_camera):
     """Box height against foot row for a level and a high camera."""
@@ -512,9 +512,8 @@ def horizons(level_boxes, level_camera, high_boxes, high_camera):
         (axes[1], high_boxes, high_camera, "synthetic, high camera"),
     ):
         plotting.plot_horizon(boxes, camera, ax=ax)
-        ax.set_title(
-            f"{name}: tilt {np.degrees(camera.tilt):.1f}°, {camera.feet:.2f} body heights up"
-        )
+        seen = f"tilt {np.degrees(camera.tilt):.1f}°, {camera.feet:.2f} body heights up"
+        ax.set_title(f"{name}: {'no horizon' if camera.horizon is None else seen}")
     return figure
 
 
@@ -556,8 +555,6 @@ def heading_errors(recording, errors_by_window):
     "How much the focal length matters",
     notebook=READ,
     claim="The focal length is the only thing that must be known.",
-    finding="The error is least about where the walkers' own pace, without a label, puts the "
-    "focal length; the eight directions hardly depend on it.",
     ids=("direction.perspective.focal_length_from_pace",),
 )
 def focal_lengths(lengths, right, error, from_pace):
@@ -658,7 +655,7 @@ def pets(headings):
     "Synthetic walkers beside real ones",
     notebook=START,
     claim="Are the walkers that we can make like those that were filmed?",
-    finding="Rows of masks, and the curves that the methods read off them, in one range.",
+    finding="Made walkers in colour over every real walk of that direction in grey.",
 )
 def walkers(made, recording, real=None):
     """Synthetic silhouettes (and real ones if given) over their height and width curves.
@@ -666,7 +663,7 @@ def walkers(made, recording, real=None):
     Parameters
     ----------
     made : list of SyntheticWalk
-        Directions 3, 4 and 5.
+        One a direction.
     recording : Recording
         Real walks.
     real : list of ndarray, optional
@@ -699,7 +696,7 @@ def walkers(made, recording, real=None):
         for dimension, style in ((H, "-"), (W, "--")):
             ax.plot(time, walk.truth[dimension], color=colour, ls=style, lw=2)
         ax.set(xlabel="time (s)", title=f"direction {walk.direction}", ylim=(0, None))
-    below.axes[0].set_ylabel("height —, width - - (pixels)")
+    below.axes[0].set_ylabel("height (solid),\nwidth (dashed), pixels")
     return figure
 
 

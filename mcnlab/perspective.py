@@ -22,26 +22,31 @@ from scipy import stats
 
 from mcnlab import columns
 from mcnlab.columns import CX, CY, SEQUENCE, SUBJECT, H, Y
-from mcnlab.direction import direction_of, uncut
+from mcnlab.direction import PRESENT, direction_of, uncut
 from mcnlab.errors import ArgumentError, require_choice, require_count, require_number
 from mcnlab.lines import Line, fit_correlated, fit_lines_robust
 
 DEPTH_RANGE = 1.25  # a walk whose boxes grow by less does not show the horizon
-PRESENT = 0.6  # share of a window's frames that must have a box
+STILL = 0.02  # body heights a second, some 3 cm: slower, nobody walks anywhere
 
 # Noise of a walker's scale and place, as shares of the body height: what walking does to
 # a box.  The body's centre rises and falls by 2 to 3 % of the stature once a step (Perry
 # and Burnfield, Gait Analysis, 2010), the nearer and the farther foot alternate once a
-# stride, and outlines are good to a pixel or so at a hundred pixels.
+# stride, and outlines are good to a pixel or so at a hundred pixels.  The numbers without
+# a source, and TRUST, were set on synthetic walkers so that intervals hold; tests judge
+# them on others.
 STEP_RATE = 1.95  # steps a second at natural cadence
 STEP_NOISE = 0.015
-STRIDE_NOISE = 0.008
+STRIDE_NOISE = 0.007
 OUTLINE_NOISE = 0.006
 COHERENCE = 0.8  # s, for which a walker keeps time with the mean cadence
 TRUST = 15.0  # frames' worth of trust in these numbers, against a walk's own residuals
-# The lowest foot is nearer to the camera than the body's middle by about half a step and
-# half a foot when someone walks along the line of sight, in body heights.
-FEET_LEAD = 0.16
+# The lowest foot is nearer to the camera than the body's middle, by about half of half a
+# step whichever way one walks, in body heights: what synthetic walkers show on average.
+FEET_LEAD = 0.11
+# A body in motion is no rigid ruler: depth and sideways speed may be off against each other
+# by this share, on average over a walk.
+RULER_NOISE = 0.003
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,9 @@ class Camera:
         height in body heights.  0 where the horizon is not known.
     centroid : float
         The same for the centroid.
+    horizon_std : float
+        Standard error of the horizon's row, pixels, by leaving out one walk at a time;
+        0 where one walk alone showed it.
     """
 
     focal_length: float
@@ -69,6 +77,7 @@ class Camera:
     horizon: float | None = None
     feet: float = 0.0
     centroid: float = 0.0
+    horizon_std: float = 0.0
 
     def __post_init__(self):
         require_number("focal_length", self.focal_length, above=0, unit="pixels")
@@ -112,21 +121,42 @@ def estimate_camera(boxes, *, focal_length, frame_width, frame_height):
     """
     columns.check_boxes(boxes)
     height, top, centroid = (boxes[name].to_numpy(float) for name in (H, Y, CY))
-    return _find_horizon(
-        height, top + height, centroid, Camera(focal_length, frame_width, frame_height)
-    )
+    plain = Camera(focal_length, frame_width, frame_height)
+    walk = np.unique(boxes[SEQUENCE].to_numpy(object).astype(str), return_inverse=True)[1]
+    return _find_horizon(height, top + height, centroid, walk, plain)
 
 
-def _find_horizon(height, feet, centroid, plain):
+def _find_horizon(height, feet, centroid, walk, plain):
     low, high = np.percentile(height, [5, 95])
     if high < DEPTH_RANGE * low or np.ptp(feet) == 0:
         return plain
-    line, _ = fit_lines_robust(feet, height)
+    line, weights = fit_lines_robust(feet, height)
     if line.slope <= 0:
         return plain
     horizon = float(-line.intercept / line.slope)
     drop = float(np.median((centroid - horizon) / height))
-    return replace(plain, horizon=horizon, feet=float(1 / line.slope), centroid=drop)
+    spread = _horizon_std(feet, height, weights, walk)
+    return replace(
+        plain, horizon=horizon, feet=float(1 / line.slope), centroid=drop, horizon_std=spread
+    )
+
+
+def _horizon_std(feet, height, weights, walk):
+    """The jackknife over walks: boxes of one walk err together."""
+    # Weighted sums a walk, about the middle; leaving a walk out subtracts its sums.
+    middle = np.average(feet, weights=weights)
+    dx = feet - middle
+    parts = (weights, weights * dx, weights * dx**2, weights * height, weights * dx * height)
+    sums = np.array([np.bincount(walk, part) for part in parts])
+    n, x, xx, y, xy = sums.sum(axis=1, keepdims=True) - sums
+    determinant = n * xx - x**2
+    count = sums.shape[1]
+    slope, level = n * xy - x * y, xx * y - x * xy
+    sound = (determinant > 1e-9 * n**2) & (slope > 0)
+    if count < 2 or not sound.all():
+        return 0.0
+    rows = middle - level / slope
+    return float(np.sqrt((count - 1) * np.mean((rows - rows.mean()) ** 2)))
 
 
 def estimate_cameras(recording, *, focal_length, shared="subject"):
@@ -160,7 +190,10 @@ def estimate_cameras(recording, *, focal_length, shared="subject"):
     for names in groups.values():
         own = [name for name in names if name not in recording.copies] or names
         rows = np.concatenate([np.arange(walks[name].start, walks[name].stop) for name in own])
-        camera = _find_horizon(height[rows], feet[rows], centroid[rows], plain)
+        walk = np.repeat(
+            np.arange(len(own)), [walks[name].stop - walks[name].start for name in own]
+        )
+        camera = _find_horizon(height[rows], feet[rows], centroid[rows], walk, plain)
         cameras |= dict.fromkeys(names, camera)
     return cameras
 
@@ -174,7 +207,8 @@ class Track:
     Attributes
     ----------
     x, z : ndarray
-        Mean place: to the right of the optical axis, and away along the ground.
+        Mean place: to the right of the optical axis, and away along the ground.  The
+        latter is the lowest foot's.
     vx, vz : ndarray
         Velocity, body heights a second.
     heading_std : ndarray
@@ -240,7 +274,8 @@ def measure_headings(recording, *, focal_length, window=None, shared="subject", 
         ``sequence, frame`` (the first), ``heading`` (degrees from the camera's axis),
         ``sight`` (degrees from the line of sight to the walker), ``margin`` (half the
         95 % interval, degrees), ``speed`` (body heights a second), ``x, z`` (mean place,
-        body heights), ``direction`` (1 … 8, of ``heading``) and ``frames``.
+        body heights), ``direction`` (1 … 8, of ``heading``; 0 where the walker stands
+        still, the margin being 180°) and ``frames``.
 
     Raises
     ------
@@ -277,18 +312,20 @@ def measure_headings(recording, *, focal_length, window=None, shared="subject", 
     )
     heading = np.degrees(np.arctan2(track.vx, track.vz)) % 360
     sight = (heading - np.degrees(np.arctan2(track.x, track.z))) % 360
-    quantile = stats.t.ppf(0.975, np.maximum(track.frames - 2, 0) + TRUST)
+    quantile = stats.t.ppf(0.975, degrees_of_freedom(track.frames))
+    margin = np.minimum(np.degrees(quantile * track.heading_std), 180.0)
+    speed = np.hypot(track.vx, track.vz)
     return pd.DataFrame(
         {
             SEQUENCE: np.array(stack.names, dtype=object)[walk],
             "frame": stack.start[walk] + start,
             "heading": heading,
             "sight": sight,
-            "margin": np.minimum(np.degrees(quantile * track.heading_std), 180.0),
-            "speed": np.hypot(track.vx, track.vz),
+            "margin": np.where(speed < STILL, 180.0, margin),
+            "speed": speed,
             "x": track.x,
             "z": track.z,
-            "direction": direction_of(heading),
+            "direction": np.where(speed < STILL, 0, direction_of(heading)),
             "frames": track.frames,
         }
     )
@@ -303,6 +340,7 @@ class _Optics:
     horizon: np.ndarray
     feet: np.ndarray
     centroid: np.ndarray
+    horizon_std: np.ndarray
     tilt: np.ndarray
 
     @classmethod
@@ -316,6 +354,7 @@ class _Optics:
             column(camera.horizon or 0.0 for camera in cameras),
             column(camera.feet for camera in cameras),
             column(camera.centroid for camera in cameras),
+            column(camera.horizon_std for camera in cameras),
             column(camera.tilt for camera in cameras),
         )
 
@@ -331,7 +370,7 @@ def fit_tracks(cx, y, h, cy, *, weights, optics, frame_rate):
     weights : ndarray, shape (n, frames)
         0 where there is no box.
     optics : object
-        ``focal_length, middle, horizon, feet, centroid, tilt``, each (n, 1).
+        ``focal_length, middle, horizon, feet, centroid, horizon_std, tilt``, each (n, 1).
     frame_rate : float
         Frames a second.
 
@@ -362,10 +401,8 @@ def fit_tracks(cx, y, h, cy, *, weights, optics, frame_rate):
     cosine, focal = np.cos(optics.tilt[:, 0]), optics.focal_length[:, 0]
     vz = focal * near.slope / cosine**2
     column = np.where(used, cx - optics.middle, 0.0)
-    side, _ = fit_lines_robust(time, column * inverse, weights=used / inverse**2)
     # The box is as far as its lowest foot, the centroid as far as the body's middle.
-    along = np.abs(vz) / np.maximum(np.hypot(side.slope / cosine, vz), 1e-300)
-    across = column * (inverse + (FEET_LEAD * along / focal)[:, None])
+    across = column * (inverse + FEET_LEAD / optics.focal_length)
     side, pull = fit_lines_robust(time, across, weights=used / inverse**2)
     side, side_std = _fit_with_gait(
         time, across, np.ones_like(across), (outline * inverse) ** 2, pull * inverse**2, gait, count
@@ -378,7 +415,12 @@ def fit_tracks(cx, y, h, cy, *, weights, optics, frame_rate):
     square = np.maximum(vx**2 + vz**2, 1e-300)
     by_near = (vz * offset / cosine - vx * focal / cosine**2) / square * near_std
     by_side = vz / square * side_std / cosine
-    return Track(x, z, vx, vz, np.hypot(by_near, by_side), count)
+    # A horizon that is off changes far and near scales unlike, and so depth against sideways.
+    pull = (optics.feet + optics.centroid) / (1 + optics.feet**2 + optics.centroid**2)
+    off = np.hypot(RULER_NOISE, (pull * optics.horizon_std)[:, 0] * near.intercept)
+    by_ruler = vx * vz / square * off
+    heading_std = np.sqrt(by_near**2 + by_side**2 + by_ruler**2)
+    return Track(x, z, vx, vz, heading_std, count)
 
 
 def _fit_with_gait(time, y, scale, white, trust, gait, count):
@@ -394,8 +436,13 @@ def _fit_with_gait(time, y, scale, white, trust, gait, count):
     design = np.stack([scale, time * scale], axis=-1) * seen[:, :, None]
     fit, uncertainty, misfit = fit_correlated(design, np.where(seen, y, 0.0), covariance)
     # Residuals larger than the gait foretells widen the interval, smaller ones narrow it.
-    spread = (misfit + TRUST) / (np.maximum(count - 2, 0) + TRUST)
+    spread = (misfit + TRUST) / degrees_of_freedom(count)
     return Line(fit[:, 1], fit[:, 0]), np.sqrt(uncertainty[:, 1, 1] * spread)
+
+
+def degrees_of_freedom(count):
+    """Of an interval from `count` boxes: two numbers are fitted, `TRUST` is lent."""
+    return np.maximum(np.asarray(count) - 2, 0) + TRUST
 
 
 def _gait_covariance(time):

@@ -18,16 +18,12 @@ from mcnlab.direction import DIRECTIONS, GROUP_NAMES, GROUPS, NAMES, group_of, h
 GROUP_COLOURS = {1: "#14213d", 2: "#1d5fa8", 3: "#3fb18f", 4: "#f2b134", 5: "#d1495b"}
 METHOD_COLOURS = {
     "thesis, height": "#8d6a9f",
-    "thesis, width": "#c9a0dc",
     "growth": "#3fb18f",
-    "phase space": "#f2b134",
     "perspective": "#1d5fa8",
 }
 METHOD_MARKERS = {
     "thesis, height": "s",
-    "thesis, width": "D",
     "growth": "^",
-    "phase space": "v",
     "perspective": "o",
 }
 _ARROWHEAD = np.array([[0, 1.0], [0.75, -0.8], [0, -0.35], [-0.75, -0.8], [0, 1.0]])

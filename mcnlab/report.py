@@ -5,7 +5,7 @@ from pathlib import Path
 
 import mcnlab
 from mcnlab.figures import FIGURES
-from mcnlab.results import SECONDS
+from mcnlab.results import SECONDS, verdict_of
 
 _STYLE = """
 :root { --ink: #1c2430; --quiet: #5d6673; --line: #e1e5ea; --blue: #1d5fa8; }
@@ -47,35 +47,6 @@ _VERDICTS = {
 }
 
 
-def verdict_of(row):
-    """What a result row says of the thesis's claim.
-
-    Parameters
-    ----------
-    row : mapping
-        ``thesis, here, low, high, unit``, text.
-
-    Returns
-    -------
-    str
-        "holds" when the claim lies within the interval or equals the number, "exceeded"
-        or "below the claim" when it lies outside; "faster" or "slower" for seconds;
-        "other data" when a count differs, as with fewer subjects; "no claim" when the
-        thesis has none.
-    """
-    if not row["thesis"]:
-        return "no claim"
-    claim, here = float(row["thesis"]), float(row["here"])
-    if row["unit"] == SECONDS:
-        return "faster" if here < claim else "slower"
-    low, high = (float(row[key]) if row[key] else here for key in ("low", "high"))
-    if low <= claim <= high:
-        return "holds"
-    if row["unit"] and not row["low"]:
-        return "other data"
-    return "exceeded" if here > claim else "below the claim"
-
-
 def render(table, out):
     """The page.
 
@@ -107,8 +78,8 @@ def render(table, out):
         "<header><div><h1>The executable thesis</h1>",
         "<p>R. Raman, <i>Study on Models for Smart Surveillance through Multi-Camera "
         "Networks</i>, NIT Rourkela, 2013: re-run, measured on real people, and taken further. "
-        f"Made by mcnlab {mcnlab.__version__}; every number below was printed by a notebook "
-        "in this run.</p></div></header><main>",
+        f"Made by mcnlab {mcnlab.__version__}; every number below comes from a notebook of "
+        "this run.</p></div></header><main>",
         "<h2>Numbers</h2>",
         _numbers(numbers),
         "<h2>The thesis, figure by figure</h2>",

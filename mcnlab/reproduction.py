@@ -1,14 +1,14 @@
 """Re-running the notebooks: for a report, or to refresh what they show."""
 
 import os
-import shutil
 from pathlib import Path
 
 import pandas as pd
 
 from mcnlab import report
+from mcnlab.bundled import data_folder
 from mcnlab.errors import ArgumentError, McnError
-from mcnlab.figures import NOTEBOOKS
+from mcnlab.figures import FIGURES, NOTEBOOKS
 from mcnlab.files import write_whole
 from mcnlab.results import COLUMNS, OUT, SECONDS
 
@@ -62,22 +62,43 @@ def reproduce(out, *, only=None, n_jobs=-1):
 
     names = choose_notebooks(only)
     out = Path(out).resolve()
+    if out / "notebooks" == FOLDER:
+        raise ArgumentError(f"out is {str(out)!r}, which holds the notebooks; pass another folder.")
     rows = out / "rows"
-    # Rows and pictures of an earlier run must not pass for this one's.
-    for stale in (rows, out / "figures", out / "notebooks"):
-        shutil.rmtree(stale, ignore_errors=True)
+    # What an earlier run left must not pass for this one's.
+    for stale in (
+        *(rows / f"{name}.csv" for name in NOTEBOOKS),
+        *(out / "notebooks" / f"{name}.ipynb" for name in NOTEBOOKS),
+        *(out / "figures" / entry.file for entry in FIGURES.values()),
+        *(out / name for name in ("results.csv", "timings.csv", "index.html")),
+    ):
+        stale.unlink(missing_ok=True)
+    data_folder()  # one that is not there is said now, not by every notebook
+    # The workers may be old: they get the environment of today.
+    environment = {**os.environ, OUT: str(out)}
     jobs = Parallel(n_jobs=n_jobs, return_as="generator")(
-        delayed(_run_into)(name, out) for name in names
+        delayed(_run_into)(name, out, environment) for name in names
     )
-    for _ in tqdm(jobs, total=len(names), desc="notebooks", unit="notebook"):
-        pass
+    faults = [
+        fault
+        for fault in tqdm(jobs, total=len(names), desc="notebooks", unit="notebook")
+        if fault is not None
+    ]
+    names = [name for name in names if (rows / f"{name}.csv").is_file()]
+    if not names:
+        raise NotebookError(faults[0])
     tables = [pd.read_csv(rows / f"{name}.csv", dtype=str, na_filter=False) for name in names]
     table = pd.concat(tables, ignore_index=True)[list(COLUMNS)]
     timing = table["unit"] == SECONDS
     for file, part in (("results.csv", table[~timing]), ("timings.csv", table[timing])):
         write_whole(out / file, part.to_csv(index=False, lineterminator="\n"))
-    shutil.rmtree(rows)
-    return write_whole(out / "index.html", report.render(table, out))
+    for name in names:
+        (rows / f"{name}.csv").unlink()
+    rows.rmdir()
+    page = write_whole(out / "index.html", report.render(table, out))
+    if faults:
+        raise NotebookError(" ".join(faults) + f" What the others gave is in {page}.")
+    return page
 
 
 def refresh(*, only=None):
@@ -90,14 +111,14 @@ def refresh(*, only=None):
         write_whole(path, _as_text(_clean(run_notebook(path))))
 
 
-def run_notebook(path, **environment):
+def run_notebook(path, *, environment=None):
     """Run one notebook and return it with its outputs.
 
     Parameters
     ----------
     path : path-like
-    **environment : str
-        Environment variables for its kernel.
+    environment : dict, optional
+        The environment of its kernel; this process's if not given.
 
     Raises
     ------
@@ -120,18 +141,28 @@ def run_notebook(path, **environment):
         resources={"metadata": {"path": str(path.parent)}},
     )
     try:
-        client.execute(env={**os.environ, **environment})
-    except (CellExecutionError, CellTimeoutError) as fault:
-        last = str(fault).strip().splitlines()[-1]
+        client.execute(env={**os.environ} if environment is None else environment)
+    except CellExecutionError as fault:
         raise NotebookError(
-            f"notebook {path.stem} stopped: {last} Open it in JupyterLab to see where."
+            f"notebook {path.stem} stopped with {fault.ename}: {fault.evalue} "
+            "Open it in JupyterLab to see where."
+        ) from fault
+    except CellTimeoutError as fault:
+        raise NotebookError(
+            f"notebook {path.stem} has a cell that ran for over {CELL_TIMEOUT} s; "
+            "run it in JupyterLab."
         ) from fault
     return notebook
 
 
-def _run_into(name, out):
-    notebook = run_notebook(FOLDER / f"{name}.ipynb", **{OUT: str(out)})
+def _run_into(name, out, environment):
+    """Run one notebook for a report; return what went wrong, or None."""
+    try:
+        notebook = run_notebook(FOLDER / f"{name}.ipynb", environment=environment)
+    except NotebookError as fault:
+        return str(fault)
     write_whole(out / "notebooks" / f"{name}.ipynb", _as_text(notebook))
+    return None
 
 
 def _as_text(notebook):

@@ -78,8 +78,12 @@ def accuracy(right, *, own=None):
     if own is not None and np.shape(own) != right.shape:
         raise ArgumentError(f"own has shape {np.shape(own)}, right {right.shape}; pass as many.")
     n = len(right) if own is None else int(np.count_nonzero(own))
-    share = float(right.mean())
-    return Estimate(share, *wilson_interval(share, n), n)
+    return share_of(right.mean(), n)
+
+
+def share_of(share, n):
+    """A share of `n` independent observations, with Wilson's interval."""
+    return Estimate(float(share), *wilson_interval(float(share), n), n)
 
 
 def mean_by_subject(values, subjects, *, seed=0, draws=4000):
@@ -104,6 +108,8 @@ def mean_by_subject(values, subjects, *, seed=0, draws=4000):
     if np.shape(subjects) != values.shape:
         raise ArgumentError(f"subjects names {len(subjects)} of {len(values)} values; name all.")
     _, codes = np.unique(np.asarray(subjects, dtype=str), return_inverse=True)
+    if codes.max() == 0:
+        return Estimate(float(values.mean()), None, None, 1)  # one subject shows no spread
     total, count = np.bincount(codes, values), np.bincount(codes)
     drawn = np.random.default_rng(seed).integers(len(count), size=(draws, len(count)))
     means = total[drawn].sum(axis=1) / count[drawn].sum(axis=1)
@@ -149,8 +155,9 @@ class Results:
         ----------
         name : str
             Its id.
-        here : Estimate or float or int
-            What was measured.
+        here : Estimate or float or int or None
+            What was measured; None where the data at hand do not say, as when leaving
+            one subject out of one.
         thesis : float, optional
             What the thesis claims.
         unit : str, optional
@@ -165,8 +172,10 @@ class Results:
         if any(row.id == name for row in self.rows):
             raise ArgumentError(f"name {name!r} was reported before; report an id once.")
         estimate = here if isinstance(here, Estimate) else Estimate(here, None, None, None)
+        if here is None:
+            thesis = None  # there is nothing to hold the claim against
         for number in (thesis, *estimate[:3]):
-            if number is not None or number is estimate.value:
+            if number is not None:
                 require_number(name, number)
         self.rows.append(
             Row(
@@ -193,23 +202,49 @@ class Results:
         """
         rows = [row for row in self.rows if row.unit != SECONDS]
         width = max([len(row.id) for row in rows] + [8])
-        print(f"{'quantity':<{width}} | {'thesis':>8} | {'here':>8} | 95 % interval       | n")
-        print("-" * (width + 50))
+        print(f"{'quantity':<{width}} | {'thesis':>7} | {'here':>17} | 95 % interval    | n")
+        print("-" * (width + 58))
         for row in rows:
             interval = f"{row.low} to {row.high}" if row.low else ""
-            unit = f" {row.unit}" if row.unit else ""
-            print(
-                f"{row.id:<{width}} | {row.thesis:>8} | {row.here:>8} | "
-                f"{interval + unit if interval else unit.strip():<19} | {row.n}"
-            )
+            here = f"{row.here} {row.unit}".strip()
+            print(f"{row.id:<{width}} | {row.thesis:>7} | {here:>17} | {interval:<16} | {row.n}")
         out = os.environ.get(OUT)
         if out:
             path = Path(out) / "rows" / f"{self.notebook}.csv"
             write_whole(path, self.table().to_csv(index=False, lineterminator="\n"))
 
 
+def verdict_of(row):
+    """What a result row says of the thesis's claim.
+
+    Parameters
+    ----------
+    row : mapping
+        ``thesis, here, low, high, unit``, text.
+
+    Returns
+    -------
+    str
+        "holds" when the claim lies within the interval or equals the number, "exceeded"
+        or "below the claim" when it lies outside; "faster" or "slower" for seconds;
+        "other data" when a count differs, as with fewer subjects; "no claim" when the
+        thesis has none.
+    """
+    if not row["thesis"]:
+        return "no claim"
+    claim, here = float(row["thesis"]), float(row["here"])
+    if row["unit"] == SECONDS:
+        return "faster" if here < claim else "slower"
+    low, high = (float(row[key]) if row[key] else here for key in ("low", "high"))
+    if low <= claim <= high:
+        return "holds"
+    if row["unit"] and not row["low"]:
+        return "other data"
+    return "exceeded" if here > claim else "below the claim"
+
+
 def _text(value):
-    """A number to four decimals or, where large, four significant digits."""
+    """A number to four decimals, or a whole one from a thousand on."""
     if value is None:
         return ""
     if isinstance(value, int | np.integer):

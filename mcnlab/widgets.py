@@ -161,8 +161,7 @@ def mirror_panel(recording):
                 direction=way,
                 ax=ax,
             )
-        same = np.array_equal(boxes[[H, W]], twin[[H, W]])
-        return f"{len(boxes)} frames; heights and widths are {'the same' if same else 'different'}"
+        return f"{len(boxes)} frames in direction {direction}; mirrored, direction {10 - direction}"
 
     return Panel(
         draw,

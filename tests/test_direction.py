@@ -202,7 +202,7 @@ def test_a_box_at_the_edge_is_not_trusted_unless_most_are(make_boxes):
         [True, True, True, False],
         [False, True, True, True],
         [True, True, True, True],  # three of four would go: all stay
-        [True, True, False, False],
+        [True, True, True, True],  # and so here: two are fewer than PRESENT of four
     ]
 
 

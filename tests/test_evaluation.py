@@ -54,7 +54,8 @@ def test_the_closed_form_stands_hard_noise():
     found = evaluation.accuracy_under_noise([0, 1], subjects=4, seed=2, n_jobs=2)
     assert found["perspective"][0].value == 1
     assert found["perspective"][1].value >= 0.95
-    assert SegmentationNoise(specks=20, cut_limbs=1, missing=0.05) == evaluation.HARD_NOISE
+    hard = evaluation.HARD_NOISE
+    assert (hard.specks, hard.cut_limbs, hard.missing) == (20, 1, 0.05)
 
 
 def test_noise_that_hides_a_walker_counts_as_wrong():

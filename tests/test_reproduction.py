@@ -7,7 +7,7 @@ import pytest
 from mcnlab import report, reproduction
 from mcnlab.__main__ import main
 from mcnlab.errors import ArgumentError
-from mcnlab.results import COLUMNS
+from mcnlab.results import COLUMNS, verdict_of
 
 
 def test_one_notebook_makes_numbers_figures_and_a_page(tmp_path):
@@ -27,6 +27,23 @@ def test_one_notebook_makes_numbers_figures_and_a_page(tmp_path):
     first = (tmp_path / "results.csv").read_bytes()
     assert main(["reproduce", "--out", str(tmp_path), "--only", "mirror"]) == 0
     assert (tmp_path / "results.csv").read_bytes() == first
+
+
+def test_the_notebooks_themselves_are_not_written_over():
+    with pytest.raises(ArgumentError, match="another folder"):
+        reproduction.reproduce(reproduction.FOLDER.parent)
+
+
+def test_workers_that_began_with_other_data_do_not_keep_them(tmp_path, monkeypatch, casia_folder):
+    """joblib's workers live on, with the environment of their start."""
+    from joblib import Parallel, delayed
+
+    casia_folder.rename(tmp_path.parent / "casia-a")
+    monkeypatch.setenv("MCNLAB_DATA", str(tmp_path.parent))
+    Parallel(n_jobs=2)(delayed(str)(number) for number in range(4))
+    monkeypatch.delenv("MCNLAB_DATA")
+    reproduction.reproduce(tmp_path / "out", only="mirror", n_jobs=2)
+    assert "casia-a.videos,320,224" in (tmp_path / "out" / "results.csv").read_text()
 
 
 def test_an_unknown_notebook_is_named():
@@ -58,7 +75,7 @@ def test_a_failing_notebook_is_named_with_its_error(tmp_path):
 )
 def test_verdicts(thesis, here, low, high, unit, verdict):
     row = {"thesis": thesis, "here": here, "low": low, "high": high, "unit": unit}
-    assert report.verdict_of(row) == verdict
+    assert verdict_of(row) == verdict
 
 
 def test_the_page_escapes_what_it_is_given(tmp_path):

@@ -116,7 +116,8 @@ def test_mirror_panel_offers_the_oblique_walks(casia):
     panel = widgets.mirror_panel(casia)
     offered = panel.controls["sequence"].options
     assert set(direction.group_of(casia.directions[list(offered)])) == {2, 4}
-    assert "the same" in panel.text.value
+    name = panel.controls["sequence"].value
+    assert f"in direction {casia.directions[name]}" in panel.text.value
 
 
 def _with(panel, **values):

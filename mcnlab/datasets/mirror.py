@@ -83,6 +83,8 @@ def add_mirrored(recording, *, directions=OBLIQUE):
         raise DatasetError(f"{recording.name} has no direction labels; pass a labelled recording.")
     if recording.copies:
         raise DatasetError(f"{recording.name} holds mirrored walks already; mirror it once only.")
+    if not all(isinstance(name, str) for name in recording.sequences):
+        raise DatasetError(f"{recording.name} has sequences that are not named by text; name them.")
     labels = recording.directions
     chosen = labels.index[labels.isin(directions)]
     rows = recording.boxes[recording.boxes[SEQUENCE].isin(chosen)]

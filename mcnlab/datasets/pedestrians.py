@@ -21,7 +21,7 @@ from mcnlab.lines import fit_lines
 PETS = "pets2009"
 PETS_WIDTH, PETS_HEIGHT = 768, 576  # pixels of the boxes
 PETS_FRAME_RATE = 7.0  # frames a second; the video's container says 10
-PETS_FOCAL_LENGTH = 1190.0  # pixels, from the lens; the calibration says 1185 and 1195
+PETS_FOCAL_LENGTH = 1190.0  # pixels: between the calibration's 1185 across and 1195 down
 
 WORLD_X, WORLD_Y = "world_x", "world_y"  # metres
 

@@ -29,6 +29,8 @@ class Recording:
         videos, but not as further observations.
     problems : tuple of str
         What was left out on loading, one sentence each.
+    source : str
+        Where the boxes come from: "bundled" or "measured"; empty if neither.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Recording:
     directions: pd.Series | None = None
     copies: frozenset = frozenset()
     problems: tuple = field(default=(), repr=False)
+    source: str = ""
 
     def __post_init__(self):
         columns.check_boxes(self.boxes)
@@ -61,7 +64,8 @@ class Recording:
     @property
     def summary(self):
         """What this is, in a few words, for a result row."""
-        return f"{self.name}, {self.subjects.nunique()} subjects"
+        parts = [self.name, f"{self.subjects.nunique()} subjects", self.source]
+        return ", ".join(part for part in parts if part)
 
     def sequence(self, name):
         """The boxes of one sequence.

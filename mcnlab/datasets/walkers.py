@@ -602,6 +602,7 @@ def make_walks(
     distances=DISTANCES,
     frame_rate=25.0,
     pace_wobble=0.02,
+    spread=0.0,
 ):
     """A data set of walks, each wholly inside the frame.
 
@@ -625,6 +626,9 @@ def make_walks(
         Frames a second.
     pace_wobble : float, optional
         See `Walk`.
+    spread : float, optional
+        Headings are drawn evenly within so many degrees of their direction's; 22.5
+        makes every heading as likely as any other.
 
     Returns
     -------
@@ -639,6 +643,7 @@ def make_walks(
     require_count("subjects", subjects, low=1)
     require_count("repeats", repeats, low=1)
     require_count("seed", seed)
+    require_number("spread", spread, low=0, high=22.5, unit="degrees")
     headings = {direction: direction_heading(direction) for direction in directions}
     missing = [direction for direction in headings if direction not in distances]
     if missing:
@@ -660,13 +665,16 @@ def make_walks(
                     cadence=person.cadence * _near_one(rng),
                     stride=person.stride * _near_one(rng),
                 )
+                place = {
+                    "distance": float(rng.uniform(*middle)),
+                    "offset": float(rng.uniform(-_OFFSET, _OFFSET)),
+                    "farthest": float(rng.uniform(*farthest)),
+                }
                 walk = make_walk(
                     day,
-                    heading=heading,
+                    heading=heading + float(rng.uniform(-spread, spread)),
                     view=view,
-                    distance=float(rng.uniform(*middle)),
-                    offset=float(rng.uniform(-_OFFSET, _OFFSET)),
-                    farthest=float(rng.uniform(*farthest)),
+                    **place,
                     frame_rate=frame_rate,
                     pace_wobble=pace_wobble,
                     name=f"s{number:02d}-d{direction}_{repeat}",
