@@ -46,7 +46,7 @@ TRUST = 15.0  # frames' worth of trust in these numbers, against a walk's own re
 FEET_LEAD = 0.11
 # A body in motion is no rigid ruler: depth and sideways speed may be off against each other
 # by this share, on average over a walk.
-RULER_NOISE = 0.003
+RULER_NOISE = 0.0015
 
 
 @dataclass(frozen=True)

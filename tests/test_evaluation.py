@@ -13,10 +13,10 @@ from mcnlab.errors import ArgumentError
 
 @pytest.fixture(scope="module")
 def walked():
-    """Synthetic people, each in eight directions twice: (recording, true headings)."""
+    """Synthetic people, sixteen walks each in all headings: (recording, true headings)."""
     boxes, headings = [], {}
     for seed in range(500, 540):
-        walks = make_walks(subjects=1, seed=seed, repeats=2)
+        walks = make_walks(subjects=1, seed=seed, repeats=2, spread=22.5)
         table = evaluation.record_walks(walks, n_jobs=2).boxes
         boxes.append(
             table.assign(sequence=table["sequence"] + f"@{seed}", subject=f"subject {seed}")

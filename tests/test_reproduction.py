@@ -38,8 +38,10 @@ def test_workers_that_began_with_other_data_do_not_keep_them(tmp_path, monkeypat
     """joblib's workers live on, with the environment of their start."""
     from joblib import Parallel, delayed
 
-    casia_folder.rename(tmp_path.parent / "casia-a")
-    monkeypatch.setenv("MCNLAB_DATA", str(tmp_path.parent))
+    data = tmp_path / "data"
+    data.mkdir()
+    (data / "casia-a").symlink_to(casia_folder)
+    monkeypatch.setenv("MCNLAB_DATA", str(data))
     Parallel(n_jobs=2)(delayed(str)(number) for number in range(4))
     monkeypatch.delenv("MCNLAB_DATA")
     reproduction.reproduce(tmp_path / "out", only="mirror", n_jobs=2)

@@ -175,7 +175,7 @@ def test_showing_prints_all_but_timings_and_writes_nothing(results, capsys, tmp_
     assert cells == [
         ["direction.share", "0.9375", "0.9375", "0.9 to 0.96", "168"],
         ["videos", "320", "224", "", ""],
-        ["speed", "", "1235", "px", ""],
+        ["speed", "", "1235 px", "", ""],
     ]
     assert list(tmp_path.iterdir()) == []
 
