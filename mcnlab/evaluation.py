@@ -23,7 +23,7 @@ from mcnlab.direction import (
     phase_space_classifier,
     turn_between,
 )
-from mcnlab.errors import ArgumentError, SilhouetteError, require_count
+from mcnlab.errors import ArgumentError, DatasetError, SilhouetteError, require_count
 from mcnlab.perspective import degrees_of_freedom, measure_headings
 from mcnlab.phase import SOFT_RULES, measure_phases
 from mcnlab.results import accuracy, mean_by_subject, share_of
@@ -353,8 +353,13 @@ def time_videos(sequences=None, *, focal_length, most=40):
         seconds = []
         for sequence in chosen:
             begin = perf_counter()
-            read_heading(sequence, focal_length=focal_length)
+            try:
+                read_heading(sequence, focal_length=focal_length)
+            except (DatasetError, SilhouetteError):
+                continue  # damaged: left out here as everywhere
             seconds.append(perf_counter() - begin)
+    if not seconds:
+        raise ArgumentError("sequences: none could be read; restore their files.")
     return np.array(seconds)
 
 

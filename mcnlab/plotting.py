@@ -286,7 +286,7 @@ def plot_lines(x, curves, *, xlabel, ylabel="right answers (share)", ax=None):
             "marker": METHOD_MARKERS.get(method, "o"),
             "label": method,
         }
-        if all(hasattr(one, "low") for one in estimates):
+        if all(getattr(one, "low", None) is not None for one in estimates):
             bars = [[one.value - one.low, one.high - one.value] for one in estimates]
             shift = 0.004 * np.ptp(x) * (number - (len(curves) - 1) / 2)
             # Rounding must not turn an empty bar negative.

@@ -64,7 +64,8 @@ class Recording:
     @property
     def summary(self):
         """What this is, in a few words, for a result row."""
-        parts = [self.name, f"{self.subjects.nunique()} subjects", self.source]
+        people = self.subjects.nunique()
+        parts = [self.name, f"{people} subject{'s' * (people != 1)}", self.source]
         return ", ".join(part for part in parts if part)
 
     def sequence(self, name):
