@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
 
-from mcnlab import columns
 from mcnlab.columns import CX, SEQUENCE, H, W, X, Y
 from mcnlab.errors import ArgumentError, require_number
 from mcnlab.lines import fit_lines_robust
@@ -189,7 +188,7 @@ def measure_phase_space(recording):
     McnError
         When the table is not sound or a walk has no two frames.
     """
-    stack = columns.stack_sequences(recording.boxes)
+    stack = recording.stack
     time = np.arange(stack.valid.shape[1]) / recording.frame_rate
     weights = uncut(stack, recording.frame_width, recording.frame_height).astype(float)
     height, width = stack.curves[H], stack.curves[W]

@@ -109,6 +109,7 @@ def fit_lines_robust(x, y, *, weights=None, huber=HUBER, iterations=12):
     used = weights > 0
     final = weights
     line = _solve(x, y, weights)
+    settled = np.zeros(line.slope.shape, dtype=bool)
     for _ in range(iterations):
         residual = np.abs(y - line.at(x)) * root
         # The median of the residuals in use gives their robust standard deviation.
@@ -117,11 +118,14 @@ def fit_lines_robust(x, y, *, weights=None, huber=HUBER, iterations=12):
         spread = 1.4826 * np.take_along_axis(ordered, middle, axis=-1)
         # A line through the majority of points exactly leaves no scale to judge by.
         limit = np.maximum(huber * spread, 1e-9 * (1 + np.abs(y).max() * root.max()))
-        final = weights * np.minimum(1.0, limit / np.maximum(residual, 1e-300))
-        new = _solve(x, y, final)
+        pull = weights * np.minimum(1.0, limit / np.maximum(residual, 1e-300))
+        new = _solve(x, y, pull)
         moved = np.abs(new.at(x) - line.at(x)) * root
-        line = new
-        if (moved <= 1e-6 * limit).all():
+        # A settled line stays, so that it does not depend on the company it is fitted in.
+        final = np.where(settled[..., None], final, pull)
+        line = Line(*(np.where(settled, *pair) for pair in zip(line, new, strict=True)))
+        settled |= (moved <= 1e-3 * limit).all(axis=-1)
+        if settled.all():
             break
     return line, final
 

@@ -283,7 +283,7 @@ def measure_headings(recording, *, focal_length, window=None, shared="subject", 
         When the table is not sound, a number is out of range, or no walk is long enough.
     """
     require_number("focal_length", focal_length, above=0, unit="pixels")
-    stack = columns.stack_sequences(recording.boxes)
+    stack = recording.stack
     if window is not None:
         window = require_count("window", window, low=4)
     if cameras is None:

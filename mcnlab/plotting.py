@@ -135,7 +135,9 @@ def plot_mask(mask, *, box=None, title="", ax=None):
     return ax
 
 
-def plot_phase(phase, *, dimension="h", parts=("extrema", "envelope", "mean"), ax=None):
+def plot_phase(
+    phase, *, dimension="h", parts=("extrema", "envelope", "mean"), legend=True, ax=None
+):
     """A curve with what the thesis lays over it (Figures 3.8 to 3.11).
 
     Parameters
@@ -143,6 +145,7 @@ def plot_phase(phase, *, dimension="h", parts=("extrema", "envelope", "mean"), a
     phase : phase.Phase
     dimension : {"h", "w"}, optional
     parts : iterable of {"extrema", "soft", "trend", "envelope", "mean"}, optional
+    legend : bool, optional
     ax : matplotlib.axes.Axes, optional
     """
     ax = _axes(ax)
@@ -168,11 +171,20 @@ def plot_phase(phase, *, dimension="h", parts=("extrema", "envelope", "mean"), a
             ends = phase.frames[[0, -1]]
             ax.plot(ends, line.at(ends), color=colour, ls=style, label=label)
     ax.set(xlabel="frame", ylabel=f"box {name} (pixels)")
-    ax.legend()
+    if legend:
+        ax.legend()
     return ax
 
 
-def plot_phases(phases, directions, *, separators=None, label="phase (pixels a frame)", ax=None):
+def plot_phases(
+    phases,
+    directions,
+    *,
+    separators=None,
+    label="phase (pixels a frame)",
+    legend=True,
+    ax=None,
+):
     """Phase against video, one marker a direction, separators as lines (3.12, 3.13).
 
     Parameters
@@ -183,6 +195,7 @@ def plot_phases(phases, directions, *, separators=None, label="phase (pixels a f
     separators : direction.LinearSeparators, optional
     label : str, optional
         The phase's name and unit.
+    legend : bool, optional
     ax : matplotlib.axes.Axes, optional
     """
     ax = _axes(ax)
@@ -202,7 +215,8 @@ def plot_phases(phases, directions, *, separators=None, label="phase (pixels a f
         for cut in separators.cuts_[np.isfinite(separators.cuts_)]:
             ax.axhline(cut, color=INK, lw=1, ls="--")
     ax.set(xlabel="video of that direction", ylabel=label)
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), title="direction")
+    if legend:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), title="direction")
     return ax
 
 

@@ -36,8 +36,6 @@ class Panel(ipywidgets.VBox):
         Name → ipywidgets control.
     figsize : tuple of float, optional
         Inches.
-    right : float, optional
-        Right margin's place, as a share of the figure; a legend beside the axes needs room.
 
     Attributes
     ----------
@@ -46,7 +44,7 @@ class Panel(ipywidgets.VBox):
     controls : dict
     """
 
-    def __init__(self, draw, controls, *, figsize=(8, 3.6), right=0.97):
+    def __init__(self, draw, controls, *, figsize=(8, 3.6)):
         self.draw = draw
         self.controls = controls
         self.picture = ipywidgets.Image(
@@ -55,7 +53,6 @@ class Panel(ipywidgets.VBox):
         self.text = ipywidgets.HTML()
         # Fixed margins: laying out anew at every move would cost as much as drawing.
         self._figure = Figure(figsize=figsize, dpi=80, layout="none")
-        self._margins = {"left": 0.09, "right": right, "bottom": 0.16, "top": 0.9}
         FigureCanvasAgg(self._figure)
         # JupyterLab sends slider moves through several threads of the kernel; one figure
         # can be drawn by one of them at a time.
@@ -81,7 +78,7 @@ class Panel(ipywidgets.VBox):
 
     def _redraw(self, values):
         self._figure.clear()
-        self._figure.subplots_adjust(**self._margins)
+        self._figure.subplots_adjust(left=0.09, right=0.97, bottom=0.16, top=0.9)
         try:
             said = self.draw(self._figure, **values)
         except McnError as fault:
@@ -186,9 +183,11 @@ def phase_panel(recording):
             found,
             dimension=dimension,
             parts=("extrema", "soft", "envelope", "mean"),
+            legend=False,  # it stands in the figures above, and takes as long as the rest
             ax=figure.subplots(),
         )
-        return judge.say(*judge.measure(dimension, thresholds))
+        said = judge.say(*judge.measure(dimension, thresholds))
+        return f"phase {found.mean.slope:+.2f} pixels a frame; {said}"
 
     return Panel(
         draw,
@@ -213,11 +212,12 @@ def separator_panel(recording):
             judge.truth,
             separators=separators,
             label=f"m_{dimension} (pixels a frame)",
+            legend=False,  # it stands in the figures above, and takes as long as the rest
             ax=figure.subplots(),
         )
         return judge.say(values, separators, *shares)
 
-    return Panel(draw, _phase_controls(), right=0.8)
+    return Panel(draw, _phase_controls())
 
 
 def heading_panel(recording, *, focal_length):

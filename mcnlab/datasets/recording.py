@@ -1,6 +1,7 @@
 """One recording: a box table with the camera's frame rate and size, and what is known of it."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import pandas as pd
 
@@ -50,6 +51,11 @@ class Recording:
         require_count("frame_height", self.frame_height, low=1)
         if self.directions is not None:
             check_directions(self.directions, self.sequences)
+
+    @cached_property
+    def stack(self):
+        """The boxes laid side by side (`columns.stack_sequences`), made once."""
+        return columns.stack_sequences(self.boxes)
 
     @property
     def sequences(self):
