@@ -30,10 +30,12 @@ class Panel(ipywidgets.VBox):
     Parameters
     ----------
     draw : callable
-        Called with the figure and the controls' values by name; draws, and returns the
+        Called with the axes and the controls' values by name; draws, and returns the
         line of text.
     controls : dict
         Name → ipywidgets control.
+    columns : int, optional
+        How many axes, side by side.
     figsize : tuple of float, optional
         Inches.
 
@@ -44,7 +46,7 @@ class Panel(ipywidgets.VBox):
     controls : dict
     """
 
-    def __init__(self, draw, controls, *, figsize=(8, 3.6)):
+    def __init__(self, draw, controls, *, columns=1, figsize=(8, 3.6)):
         self.draw = draw
         self.controls = controls
         self.picture = ipywidgets.Image(
@@ -54,6 +56,9 @@ class Panel(ipywidgets.VBox):
         # Fixed margins: laying out anew at every move would cost as much as drawing.
         self._figure = Figure(figsize=figsize, dpi=80, layout="none")
         FigureCanvasAgg(self._figure)
+        self._figure.subplots_adjust(left=0.09, right=0.97, bottom=0.16, top=0.9)
+        # The axes stay and what is on them goes: making axes takes as long as drawing them.
+        self._axes = [self._figure.add_subplot(1, columns, 1 + place) for place in range(columns)]
         # JupyterLab sends slider moves through several threads of the kernel; one figure
         # can be drawn by one of them at a time.
         self._turn = threading.Lock()
@@ -77,14 +82,17 @@ class Panel(ipywidgets.VBox):
                 self._drawn = values
 
     def _redraw(self, values):
-        self._figure.clear()
-        self._figure.subplots_adjust(left=0.09, right=0.97, bottom=0.16, top=0.9)
+        for ax in self._axes:
+            for artist in (*ax.lines, *ax.patches, *ax.texts, *ax.images):
+                artist.remove()
+            ax.set_prop_cycle(None)
+            ax.relim()
         try:
-            said = self.draw(self._figure, **values)
+            said = self.draw(*self._axes, **values)
         except McnError as fault:
             # What a slider asks may be impossible; the message says why.
             said = f"<b>{type(fault).__name__}</b>: {fault}"
-        for ax in self._figure.axes:
+        for ax in self._axes:
             ax.grid(False)  # a third of the drawing
         self._figure.canvas.draw()
         pixels = cv2.cvtColor(np.asarray(self._figure.canvas.buffer_rgba()), cv2.COLOR_RGBA2BGR)
@@ -107,11 +115,10 @@ def silhouette_panel(masks, *, seed=0):
     sample = np.unique(np.linspace(0, len(masks) - 1, 12).astype(int))
     truth = {index: find_body(masks[index]) for index in sample}
 
-    def draw(figure, frame, min_area, specks, holes, limbs):
+    def draw(left, right, frame, min_area, specks, holes, limbs):
         noise = SegmentationNoise(specks=specks, holes=holes, cut_limbs=limbs, cut_share=1.0)
         noisy = dict(zip(sample, add_noise(masks[sample], noise, seed=seed), strict=True))
         index = min(sample, key=lambda held: abs(held - frame))
-        left, right = figure.subplots(1, 2)
         box, overlaps = None, []
         for held, mask in noisy.items():
             try:
@@ -137,6 +144,7 @@ def silhouette_panel(masks, *, seed=0):
             "holes": _slider("holes a frame", 0, 20, 4),
             "limbs": _slider("limbs cut", 0, 4, 1),
         },
+        columns=2,
     )
 
 
@@ -144,12 +152,13 @@ def mirror_panel(recording):
     """Pick a walk and a frame; its box, its mirror image, and how many videos that makes."""
     oblique = [name for name in recording.sequences if recording.directions[name] in (2, 4, 6, 8)]
 
-    def draw(figure, sequence, every):
+    def draw(left, right, sequence, every):
         boxes = recording.sequence(sequence)
         direction = int(recording.directions[sequence])
         twin = mirror_boxes(boxes, frame_width=recording.frame_width)
-        axes = figure.subplots(1, 2)
-        for ax, rows, way in zip(axes, (boxes, twin), (direction, 10 - direction), strict=True):
+        for ax, rows, way in zip(
+            (left, right), (boxes, twin), (direction, 10 - direction), strict=True
+        ):
             plotting.plot_boxes(
                 rows,
                 frame_width=recording.frame_width,
@@ -166,6 +175,7 @@ def mirror_panel(recording):
             "sequence": ipywidgets.Dropdown(options=oblique, **_label("walk", width="480px")),
             "every": _slider("every … frames", 2, 30, 10),
         },
+        columns=2,
     )
 
 
@@ -173,7 +183,7 @@ def phase_panel(recording):
     """Thresholds of the thesis's phase over one walk's curve; accuracy over all walks."""
     judge = _PhaseJudge(recording)
 
-    def draw(figure, sequence, dimension, prominence, spacing, soft_rule):
+    def draw(ax, sequence, dimension, prominence, spacing, soft_rule):
         thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
         boxes = judge.walks[sequence]
         found = phase.measure_phase(
@@ -184,7 +194,7 @@ def phase_panel(recording):
             dimension=dimension,
             parts=("extrema", "soft", "envelope", "mean"),
             legend=False,  # it stands in the figures above, and takes as long as the rest
-            ax=figure.subplots(),
+            ax=ax,
         )
         said = judge.say(*judge.measure(dimension, thresholds))
         return f"phase {found.mean.slope:+.2f} pixels a frame; {said}"
@@ -204,7 +214,7 @@ def separator_panel(recording):
     """Thresholds of the thesis's phase over Figure 3.12 or 3.13, and its accuracy."""
     judge = _PhaseJudge(recording)
 
-    def draw(figure, dimension, prominence, spacing, soft_rule):
+    def draw(ax, dimension, prominence, spacing, soft_rule):
         thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
         values, separators, *shares = judge.measure(dimension, thresholds)
         plotting.plot_phases(
@@ -213,7 +223,7 @@ def separator_panel(recording):
             separators=separators,
             label=f"m_{dimension} (pixels a frame)",
             legend=False,  # it stands in the figures above, and takes as long as the rest
-            ax=figure.subplots(),
+            ax=ax,
         )
         return judge.say(values, separators, *shares)
 
@@ -234,14 +244,14 @@ def heading_panel(recording, *, focal_length):
     # The horizon does not depend on the focal length: it is found once.
     found = perspective.estimate_cameras(own, focal_length=focal_length)
 
-    def draw(figure, focal_length, window):
+    def draw(ax, focal_length, window):
         cameras = {name: replace(held, focal_length=focal_length) for name, held in found.items()}
         headings = perspective.measure_headings(
             own, focal_length=focal_length, window=window, cameras=cameras
         )
         right, error, errors = judge_headings(own, headings)
         truth = truth_of(own, headings["sequence"].to_numpy())
-        plotting.plot_heading_errors(errors, truth, ax=figure.subplots())
+        plotting.plot_heading_errors(errors, truth, ax=ax)
         return (
             f"directions right: <b>{right.value:.3f}</b> [{right.low:.3f}, {right.high:.3f}], "
             f"mean error <b>{error.value:.1f}°</b>, {len(headings)} windows"

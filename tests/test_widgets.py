@@ -91,11 +91,11 @@ def test_moves_from_several_threads_take_turns():
     """JupyterLab may deliver two moves at once; no picture may be half of another."""
     inside, most = [], []
 
-    def draw(figure, value):
+    def draw(ax, value):
         inside.append(value)
         most.append(len(inside))
         time.sleep(0.01)
-        figure.subplots().plot([0, value])
+        ax.plot([0, value])
         inside.pop()
         return str(value)
 
