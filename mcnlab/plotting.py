@@ -123,7 +123,7 @@ def plot_curves(walks, dimension, *, ax=None):
 def plot_mask(mask, *, box=None, title="", ax=None):
     """A silhouette, dark on white, with its box."""
     ax = _axes(ax)
-    ax.imshow(255 - np.asarray(mask), vmin=0, vmax=255)
+    ax.imshow(255 - np.asarray(mask), vmin=0, vmax=255, cmap="gray")
     if box is not None:
         x, y, w, h = box
         ax.add_patch(plt.Rectangle((x - 0.5, y - 0.5), w, h, fill=False, ec=UPPER, lw=1.6))
@@ -272,6 +272,7 @@ def plot_heading_errors(errors, directions, *, limit=22.5, most=60.0, ax=None):
         xticklabels=[f"{direction}\n{NAMES[direction]}" for direction in DIRECTIONS],
         xlabel="true direction",
         ylabel="heading error (degrees)",
+        xlim=(0.4, 8.6),
         ylim=(-largest, largest),
     )
     if beyond:

@@ -56,7 +56,7 @@ class Panel(ipywidgets.VBox):
         # Fixed margins: laying out anew at every move would cost as much as drawing.
         self._figure = Figure(figsize=figsize, dpi=80, layout="none")
         FigureCanvasAgg(self._figure)
-        self._figure.subplots_adjust(left=0.09, right=0.97, bottom=0.16, top=0.9)
+        self._figure.subplots_adjust(left=0.1, right=0.97, bottom=0.2, top=0.9)
         # The axes stay and what is on them goes: making axes takes as long as drawing them.
         self._axes = [self._figure.add_subplot(1, columns, 1 + place) for place in range(columns)]
         # JupyterLab sends slider moves through several threads of the kernel; one figure
