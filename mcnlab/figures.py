@@ -16,6 +16,7 @@ import numpy as np
 from mcnlab import phase as phases
 from mcnlab import plotting
 from mcnlab.columns import FRAME, SEQUENCE, SUBJECT, H, W
+from mcnlab.datasets.mirror import SUFFIX
 from mcnlab.direction import DIRECTIONS, LinearSeparators, group_of
 from mcnlab.errors import ArgumentError, SilhouetteError
 from mcnlab.evaluation import truth_of
@@ -149,7 +150,7 @@ def mirroring(recording, mirrored):
     left.set_ylim(0, 1.25 * after.max())
     left.legend(loc="upper right", ncols=2)
     copy = sorted(mirrored.copies)[0]
-    original = copy.removesuffix("-mirror")
+    original = copy.removesuffix(SUFFIX)
     for name in (original, copy):
         plotting.plot_boxes(
             mirrored.sequence(name),
@@ -488,6 +489,7 @@ def geometry():
             xytext=(focal + 0.35, 0.12 if direction == 5 else 0.36),
             color=colour,
             va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
             arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6},
         )
     ax.plot(0, eye, "o", color=plotting.INK)

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from mcnlab import perspective, phase, plotting
 from mcnlab.columns import FRAME, H, W
-from mcnlab.datasets.mirror import mirror_boxes
+from mcnlab.datasets.mirror import OBLIQUE, SUFFIX, mirror_boxes, mirror_direction
 from mcnlab.datasets.noise import SegmentationNoise, add_noise
 from mcnlab.direction import LinearSeparators, group_of, leave_one_subject_out
 from mcnlab.errors import McnError, SilhouetteError
@@ -150,15 +150,14 @@ def silhouette_panel(masks, *, seed=0):
 
 def mirror_panel(recording):
     """Pick a walk and a frame; its box, its mirror image, and how many videos that makes."""
-    oblique = [name for name in recording.sequences if recording.directions[name] in (2, 4, 6, 8)]
+    oblique = [name for name in recording.sequences if recording.directions[name] in OBLIQUE]
 
     def draw(left, right, sequence, every):
         boxes = recording.sequence(sequence)
         direction = int(recording.directions[sequence])
+        mirrored = mirror_direction(direction)
         twin = mirror_boxes(boxes, frame_width=recording.frame_width)
-        for ax, rows, way in zip(
-            (left, right), (boxes, twin), (direction, 10 - direction), strict=True
-        ):
+        for ax, rows, way in zip((left, right), (boxes, twin), (direction, mirrored), strict=True):
             plotting.plot_boxes(
                 rows,
                 frame_width=recording.frame_width,
@@ -167,7 +166,7 @@ def mirror_panel(recording):
                 direction=way,
                 ax=ax,
             )
-        return f"{len(boxes)} frames in direction {direction}; mirrored, direction {10 - direction}"
+        return f"{len(boxes)} frames in direction {direction}; mirrored, direction {mirrored}"
 
     return Panel(
         draw,
@@ -278,10 +277,10 @@ class _PhaseJudge:
         self.boxes = own.boxes
         self.walks = {name: own.sequence(name) for name in own.sequences}
         names = np.array(own.sequences, dtype=object)
-        copied = [name for name in names if f"{name}-mirror" in recording.copies]
+        copied = [name for name in names if name + SUFFIX in recording.copies]
         self.order = np.r_[np.arange(len(names)), np.flatnonzero(np.isin(names, copied))]
         truth = truth_of(own)
-        twins = 10 - truth[self.order[len(names) :]]
+        twins = mirror_direction(truth[self.order[len(names) :]])
         self.truth = np.r_[truth, twins]
         self.groups = group_of(self.truth)
         self.subjects = own.subjects.to_numpy()[self.order]
