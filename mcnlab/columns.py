@@ -1,8 +1,11 @@
-"""The columns a box table has, and the check that it has them.
+"""The columns a box table and a trace table have, and the checks that they have them.
 
-One row is one walker's bounding box in one frame.  Rows are grouped by sequence and
-ordered by frame.  Pixels count from the centre of the top-left pixel, x to the right
-and y downwards; a box covers columns ``x … x + w − 1`` and rows ``y … y + h − 1``.
+One row of a box table is one walker's bounding box in one frame.  Rows are grouped by
+sequence and ordered by frame.  Pixels count from the centre of the top-left pixel, x to the
+right and y downwards; a box covers columns ``x … x + w − 1`` and rows ``y … y + h − 1``.
+
+One row of a trace table is the place of one walker's feet in one frame: metres on the ground,
+x to the right and y upwards as seen from above, unless a function says pixels.
 """
 
 from typing import Final, NamedTuple
@@ -23,9 +26,11 @@ CX: Final = "cx"  # centroid column, pixels
 CY: Final = "cy"  # centroid row, pixels
 AREA: Final = "area"  # foreground pixels of the body; absent where boxes were placed by hand
 DIRECTION: Final = "direction"  # 1 … 8, clockwise from "away"
+TRACE: Final = "trace"  # one walker's feet, in a trace table, where X and Y are their place
 
 BOX_COLUMNS: Final = (SEQUENCE, SUBJECT, FRAME, X, Y, W, H, CX, CY)
 MEASURES: Final = (X, Y, W, H, CX, CY)
+TRACE_COLUMNS: Final = (TRACE, FRAME, X, Y)
 PIXEL_LIMIT: Final = 1e6  # no image is larger
 FRAME_LIMIT: Final = 1e9  # a year at 30 frames a second
 
@@ -97,24 +102,65 @@ def check_boxes(boxes, *, argument="boxes"):
             f"{argument} row {row} has w = {boxes[W].iloc[row]:g}, h = {boxes[H].iloc[row]:g}; "
             "both must be positive pixels. Drop that row."
         )
-    frame = values[:, 0]
+    _check_order(boxes[SEQUENCE], values[:, 0], argument=argument, key=SEQUENCE)
+    return boxes
+
+
+def check_traces(traces, *, argument="traces"):
+    """Return `traces` when it is a sound trace table.
+
+    Parameters
+    ----------
+    traces : pandas.DataFrame
+        A table with the columns of `TRACE_COLUMNS`.
+    argument : str, optional
+        The argument's name, for the message.
+
+    Raises
+    ------
+    TableError
+        When a column is missing, the table is empty, a number is not finite, or a
+        trace's frames are repeated, out of order or not whole.
+    """
+    check_columns(traces, TRACE_COLUMNS, argument=argument)
+    if len(traces) == 0:
+        raise TableError(f"{argument} has no rows; pass at least one place of one walker.")
+    text = [name for name in (FRAME, X, Y) if not is_numeric_dtype(traces[name])]
+    if text:
+        raise TableError(
+            f"{argument} holds text or objects in {', '.join(text)}; convert it to numbers."
+        )
+    if traces[TRACE].isna().any():
+        raise TableError(f"{argument} has rows without a trace; name them.")
+    values = traces[[FRAME, X, Y]].to_numpy(float)
+    sound = np.isfinite(values).all(axis=1) & (
+        np.abs(values) <= [FRAME_LIMIT, PIXEL_LIMIT, PIXEL_LIMIT]
+    ).all(axis=1)
+    if not sound.all():
+        row = int(np.flatnonzero(~sound)[0])
+        raise TableError(
+            f"{argument} row {row} holds a value that is not finite or beyond any place; drop it."
+        )
+    _check_order(traces[TRACE], values[:, 0], argument=argument, key=TRACE)
+    return traces
+
+
+def _check_order(names, frame, *, argument, key):
+    """Frames must be whole and rise within each name, and a name's rows stand together."""
     if (frame != np.round(frame)).any():
         raise TableError(f"{argument} has a fractional frame number; number frames 1, 2, 3, …")
-    names = boxes[SEQUENCE].to_numpy(dtype=object)
+    names = names.to_numpy(dtype=object)
     same = names[1:] == names[:-1]
     backwards = same & (np.diff(frame) <= 0)
     first = names[np.r_[True, ~same]]
-    split = len(set(first)) != len(first)
-    if backwards.any() or split:
+    if backwards.any() or len(set(first)) != len(first):
         where = (
-            boxes[SEQUENCE].iloc[1 + int(np.flatnonzero(backwards)[0])] if backwards.any() else ""
+            f" in {key} {names[1 + int(np.flatnonzero(backwards)[0])]!r}" if backwards.any() else ""
         )
         raise TableError(
-            f"{argument} has repeated or unsorted frames"
-            + (f" in sequence {where!r}" if backwards.any() else "")
-            + f"; drop duplicates and sort by {SEQUENCE}, {FRAME}."
+            f"{argument} has repeated or unsorted frames{where}; drop duplicates and sort by "
+            f"{key}, {FRAME}."
         )
-    return boxes
 
 
 def split_sequences(boxes):

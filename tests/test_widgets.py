@@ -14,6 +14,7 @@ import pytest
 
 from mcnlab import bundled, direction, evaluation, phase, widgets
 from mcnlab.datasets.walkers import make_walks
+from mcnlab.widgets.direction import _overlap
 
 
 @pytest.fixture(scope="module")
@@ -130,6 +131,6 @@ def test_overlap_is_intersection_over_union(masks):
     from mcnlab.silhouettes import find_body
 
     body = find_body(masks[0])
-    assert widgets._overlap(body, body) == 1
+    assert _overlap(body, body) == 1
     far = np.roll(masks[0], 120, axis=1)
-    assert widgets._overlap(body, find_body(far)) == 0
+    assert _overlap(body, find_body(far)) == 0

@@ -1,105 +1,19 @@
-"""Live control panels: sliders over thresholds, a figure and an accuracy that follow.
+"""The panels of chapter 3, motion: from silhouettes to headings."""
 
-The only module that knows ipywidgets.  A panel draws into an image widget rather than an
-output cell: the picture changes in place, without flicker.
-"""
-
-import base64
-import threading
 from dataclasses import replace
 
-import cv2
 import ipywidgets
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from mcnlab import perspective, phase, plotting
 from mcnlab.columns import FRAME, H, W
 from mcnlab.datasets.mirror import OBLIQUE, SUFFIX, mirror_boxes, mirror_direction
 from mcnlab.datasets.noise import SegmentationNoise, add_noise
 from mcnlab.direction import LinearSeparators, group_of, leave_one_subject_out
-from mcnlab.errors import McnError, SilhouetteError
+from mcnlab.errors import SilhouetteError
 from mcnlab.evaluation import judge_headings, truth_of
 from mcnlab.silhouettes import MIN_AREA, find_body
-
-
-class Panel(ipywidgets.VBox):
-    """Controls above a picture and a line of text.
-
-    Parameters
-    ----------
-    draw : callable
-        Called with the axes and the controls' values by name; draws, and returns the
-        line of text.
-    controls : dict
-        Name → ipywidgets control.
-    columns : int, optional
-        How many axes, side by side.
-    figsize : tuple of float, optional
-        Inches.
-
-    Attributes
-    ----------
-    picture : ipywidgets.Image
-    text : ipywidgets.HTML
-    controls : dict
-    """
-
-    def __init__(self, draw, controls, *, columns=1, figsize=(8, 3.6)):
-        self.draw = draw
-        self.controls = controls
-        self.picture = ipywidgets.Image(
-            format="png", layout={"max_width": "100%", "align_self": "flex-start"}
-        )
-        self.text = ipywidgets.HTML()
-        # Fixed margins: laying out anew at every move would cost as much as drawing.
-        self._figure = Figure(figsize=figsize, dpi=80, layout="none")
-        FigureCanvasAgg(self._figure)
-        self._figure.subplots_adjust(left=0.1, right=0.97, bottom=0.2, top=0.9)
-        # The axes stay and what is on them goes: making axes takes as long as drawing them.
-        self._axes = [self._figure.add_subplot(1, columns, 1 + place) for place in range(columns)]
-        # JupyterLab sends slider moves through several threads of the kernel; one figure
-        # can be drawn by one of them at a time.
-        self._turn = threading.Lock()
-        self._drawn = None
-        for control in controls.values():
-            control.observe(self._follow, names="value")
-        super().__init__([*controls.values(), self.text, self.picture])
-        self._follow()
-
-    def _repr_mimebundle_(self, **options):
-        # The picture too, for those who read the notebook without running it.
-        bundle = super()._repr_mimebundle_(**options)
-        return {**bundle, "image/png": base64.b64encode(self.picture.value).decode()}
-
-    def _follow(self, _change=None):
-        with self._turn:
-            values = {name: control.value for name, control in self.controls.items()}
-            # A move that waited for its turn may have been overtaken and drawn already.
-            if values != self._drawn:
-                self._redraw(values)
-                self._drawn = values
-
-    def _redraw(self, values):
-        for ax in self._axes:
-            for artist in (*ax.lines, *ax.patches, *ax.texts, *ax.images):
-                artist.remove()
-            ax.set_prop_cycle(None)
-            ax.relim()
-        try:
-            said = self.draw(*self._axes, **values)
-        except McnError as fault:
-            # What a slider asks may be impossible; the message says why.
-            said = f"<b>{type(fault).__name__}</b>: {fault}"
-        for ax in self._axes:
-            ax.grid(False)  # a third of the drawing
-        self._figure.canvas.draw()
-        pixels = cv2.cvtColor(np.asarray(self._figure.canvas.buffer_rgba()), cv2.COLOR_RGBA2BGR)
-        self.text.value = said
-        # Packed lightly: the picture goes to a browser and is soon replaced.
-        lightly = [cv2.IMWRITE_PNG_COMPRESSION, 1]
-        self.picture.value = cv2.imencode(".png", pixels, lightly)[1].tobytes()
+from mcnlab.widgets.panel import Panel, label, slider
 
 
 def silhouette_panel(masks, *, seed=0):
@@ -138,11 +52,11 @@ def silhouette_panel(masks, *, seed=0):
     return Panel(
         draw,
         {
-            "frame": _slider("frame", 0, len(masks) - 1, len(masks) // 2),
-            "min_area": _slider("min blob area (px)", 1, 200, MIN_AREA),
-            "specks": _slider("specks a frame", 0, 60, 20),
-            "holes": _slider("holes a frame", 0, 20, 4),
-            "limbs": _slider("limbs cut", 0, 4, 1),
+            "frame": slider("frame", 0, len(masks) - 1, len(masks) // 2),
+            "min_area": slider("min blob area (px)", 1, 200, MIN_AREA),
+            "specks": slider("specks a frame", 0, 60, 20),
+            "holes": slider("holes a frame", 0, 20, 4),
+            "limbs": slider("limbs cut", 0, 4, 1),
         },
         columns=2,
     )
@@ -171,8 +85,8 @@ def mirror_panel(recording):
     return Panel(
         draw,
         {
-            "sequence": ipywidgets.Dropdown(options=oblique, **_label("walk", width="480px")),
-            "every": _slider("every … frames", 2, 30, 10),
+            "sequence": ipywidgets.Dropdown(options=oblique, **label("walk", width="480px")),
+            "every": slider("every … frames", 2, 30, 10),
         },
         columns=2,
     )
@@ -202,7 +116,7 @@ def phase_panel(recording):
         draw,
         {
             "sequence": ipywidgets.Dropdown(
-                options=list(judge.walks), **_label("walk", width="480px")
+                options=list(judge.walks), **label("walk", width="480px")
             ),
             **_phase_controls(),
         },
@@ -259,8 +173,8 @@ def heading_panel(recording, *, focal_length):
     return Panel(
         draw,
         {
-            "focal_length": _slider("focal length (px)", 200, 800, int(focal_length), step=10),
-            "window": _slider("window (frames)", 6, 50, round(recording.frame_rate)),
+            "focal_length": slider("focal length (px)", 200, 800, int(focal_length), step=10),
+            "window": slider("window (frames)", 6, 50, round(recording.frame_rate)),
         },
     )
 
@@ -304,31 +218,20 @@ class _PhaseJudge:
 def _phase_controls():
     return {
         "dimension": ipywidgets.ToggleButtons(
-            options=[("height", H), ("width", W)], **_label("curve")
+            options=[("height", H), ("width", W)], **label("curve")
         ),
         "prominence": ipywidgets.FloatSlider(
             value=phase.PROMINENCE,
             min=0,
             max=10,
             step=0.5,
-            **_label("prominence (px)", width="480px"),
+            **label("prominence (px)", width="480px"),
         ),
-        "spacing": _slider("spacing (frames)", 1, 15, phase.SPACING),
+        "spacing": slider("spacing (frames)", 1, 15, phase.SPACING),
         "soft_rule": ipywidgets.ToggleButtons(
-            options=[("drop", "line"), ("keep", "keep")], **_label("soft extrema")
+            options=[("drop", "line"), ("keep", "keep")], **label("soft extrema")
         ),
     }
-
-
-def _slider(label, low, high, value, *, step=1):
-    return ipywidgets.IntSlider(
-        value=value, min=low, max=high, step=step, **_label(label, width="480px")
-    )
-
-
-def _label(text, *, width="auto"):
-    style = {"description_width": "130px"}
-    return {"description": text, "style": style, "layout": {"width": width}}
 
 
 def _overlap(body, true):

@@ -1,14 +1,4 @@
-"""The figures by number: ``show("3.12", …)`` draws the thesis's Figure 3.12.
-
-A notebook shows each figure that it covers; a reproduction keeps the picture as
-``figure-3.12.png``.  Figures that go beyond the thesis have names instead of numbers.
-"""
-
-import io
-import os
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
+"""The figures of chapter 3, motion: from boxes to one of eight directions."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -20,97 +10,9 @@ from mcnlab.datasets.mirror import SUFFIX
 from mcnlab.direction import DIRECTIONS, LinearSeparators, group_of
 from mcnlab.errors import ArgumentError, SilhouetteError
 from mcnlab.evaluation import truth_of
-from mcnlab.files import write_whole
-from mcnlab.results import OUT
+from mcnlab.figures.registry import MIRROR, READ, SEPARATE, START, TRACE
+from mcnlab.figures.registry import figure as _figure
 from mcnlab.silhouettes import close_gaps, find_body, rectify_with_flow
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One figure of the report.
-
-    Attributes
-    ----------
-    number : str
-        The thesis's number, or a name.
-    title : str
-    section : str
-        Of the thesis; empty beyond it.
-    notebook : str
-        Its file name without the ending.
-    claim : str
-        What the thesis says of it, in our words; or what the figure asks.
-    finding : str
-        What we see, where no result row says it.
-    ids : tuple of str
-        The result rows that judge it.
-    draw : callable
-        Returns the matplotlib figure.
-    """
-
-    number: str
-    title: str
-    section: str
-    notebook: str
-    claim: str
-    finding: str
-    ids: tuple
-    draw: Callable
-
-    @property
-    def file(self):
-        """The picture's file name."""
-        return f"figure-{self.number}.png"
-
-
-FIGURES = {}
-
-
-def show(number, *args, **options):
-    """Draw a figure, keep its picture if reproducing, and show it.
-
-    Parameters
-    ----------
-    number : str
-        As in ``FIGURES``: ``"3.12"``.
-    *args, **options
-        What the figure's function takes.
-
-    Raises
-    ------
-    ArgumentError
-        When there is no such figure.
-    """
-    figure = draw(number, *args, **options)
-    out = os.environ.get(OUT)
-    if out:
-        picture = io.BytesIO()
-        # No date and no version: the same picture gives the same bytes.
-        figure.savefig(picture, format="png", metadata={"Software": None})
-        write_whole(Path(out) / "figures" / FIGURES[number].file, picture.getvalue())
-    plt.show()
-
-
-def draw(number, *args, **options):
-    """Draw a figure and return it."""
-    if number not in FIGURES:
-        raise ArgumentError(f"number is {number!r}; pass one of {', '.join(FIGURES)}.")
-    plotting.use_style()
-    return FIGURES[number].draw(*args, **options)
-
-
-def _figure(number, title, *, notebook, claim, section="", finding="", ids=()):
-    def register(function):
-        FIGURES[number] = Entry(number, title, section, notebook, claim, finding, ids, function)
-        return function
-
-    return register
-
-
-MIRROR, TRACE = "mirror_casia_a", "trace_silhouette_curves"
-SEPARATE, READ = "separate_directions_in_phase_space", "read_heading_from_perspective"
-START = "start_here"
-NOTEBOOKS = (START, MIRROR, TRACE, SEPARATE, READ)  # in reading order
 
 
 @_figure(

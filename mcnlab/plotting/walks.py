@@ -1,10 +1,8 @@
-"""Drawing: every function takes ``ax=None`` and returns the Axes it drew on.
+"""Walks in an image: boxes, curves, phases and headings.
 
-The same thing has the same colour everywhere: a direction's group has its colour, the
-direction its marker, which points the way the walker goes.
+A direction's group has its colour, the direction its marker, which points the way the
+walker goes.
 """
-
-from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.path
@@ -13,27 +11,20 @@ import numpy as np
 
 from mcnlab.columns import FRAME, H, W, X, Y
 from mcnlab.direction import DIRECTIONS, GROUP_NAMES, GROUPS, NAMES, group_of, heading_of
+from mcnlab.plotting.style import (
+    GROUP_COLOURS,
+    INK,
+    LOWER,
+    MEAN,
+    METHOD_COLOURS,
+    METHOD_MARKERS,
+    PALE,
+    UPPER,
+    axes_or_new,
+    frame_axes,
+)
 
-# From away to toward; told apart in grey too, by lightness and marker.
-GROUP_COLOURS = {1: "#14213d", 2: "#1d5fa8", 3: "#3fb18f", 4: "#f2b134", 5: "#d1495b"}
-METHOD_COLOURS = {
-    "thesis, height": "#8d6a9f",
-    "growth": "#3fb18f",
-    "perspective": "#1d5fa8",
-}
-METHOD_MARKERS = {
-    "thesis, height": "s",
-    "growth": "^",
-    "perspective": "o",
-}
 _ARROWHEAD = np.array([[0, 1.0], [0.75, -0.8], [0, -0.35], [-0.75, -0.8], [0, 1.0]])
-INK, PALE = "#222222", "#b8bcc2"
-UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"
-
-
-def use_style():
-    """Give every figure mcnlab's look."""
-    plt.style.use(str(Path(__file__).with_name("mcnlab.mplstyle")))
 
 
 def colour_of(direction):
@@ -50,7 +41,7 @@ def marker_of(direction):
 
 def plot_directions(ax=None):
     """The eight directions seen from above, the camera in the south (Figure 3.2)."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     for direction in DIRECTIONS:
         angle = np.radians(heading_of(direction))
         tip = np.array([np.sin(angle), np.cos(angle)])
@@ -79,7 +70,7 @@ def plot_directions(ax=None):
 
 def plot_boxes(boxes, *, frame_width, frame_height, every=8, direction=None, ax=None):
     """A walk's boxes in the frame, from pale (first) to dark (last)."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     shown = boxes.iloc[::every]
     colour = INK if direction is None else colour_of(direction)
     for share, row in zip(np.linspace(0.25, 1, len(shown)), shown.itertuples(), strict=True):
@@ -88,7 +79,7 @@ def plot_boxes(boxes, *, frame_width, frame_height, every=8, direction=None, ax=
         )
     last = shown.iloc[-1]
     ax.text(last[X] + last[W] / 2, last[Y] - 4, "last", ha="center", va="bottom", fontsize=8)
-    _frame_axes(ax, frame_width, frame_height)
+    frame_axes(ax, frame_width, frame_height)
     if direction is not None:
         ax.set_title(f"{direction}: {NAMES[direction]}")
     return ax
@@ -104,7 +95,7 @@ def plot_curves(walks, dimension, *, ax=None):
     dimension : {"h", "w"}
     ax : matplotlib.axes.Axes, optional
     """
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     for direction, boxes in walks.items():
         ax.plot(
             boxes[FRAME],
@@ -122,7 +113,7 @@ def plot_curves(walks, dimension, *, ax=None):
 
 def plot_mask(mask, *, box=None, title="", ax=None):
     """A silhouette, dark on white, with its box."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     ax.imshow(255 - np.asarray(mask), vmin=0, vmax=255, cmap="gray")
     if box is not None:
         x, y, w, h = box
@@ -148,7 +139,7 @@ def plot_phase(
     legend : bool, optional
     ax : matplotlib.axes.Axes, optional
     """
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     name = {"h": "height", "w": "width"}[dimension]
     ax.plot(phase.frames, phase.curve, color=PALE, label=f"box {name}")
     if "extrema" in parts:
@@ -198,7 +189,7 @@ def plot_phases(
     legend : bool, optional
     ax : matplotlib.axes.Axes, optional
     """
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     phases, directions = np.asarray(phases), np.asarray(directions)
     for direction in DIRECTIONS:
         values = phases[directions == direction]
@@ -222,7 +213,7 @@ def plot_phases(
 
 def plot_phase_space(space, directions, *, x="sideways", y="height_growth", ax=None):
     """Two phases of every walk against each other, one marker a direction."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     directions = np.asarray(directions)
     for direction in DIRECTIONS:
         rows = space[directions == direction]
@@ -248,7 +239,7 @@ def plot_heading_errors(errors, directions, *, limit=22.5, most=60.0, ax=None):
 
     Errors beyond `most` degrees are drawn at the edge, and counted there.
     """
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     errors, directions = np.asarray(errors), np.asarray(directions)
     beyond = int(np.count_nonzero(np.abs(errors) > most))
     errors = np.clip(errors, -most, most)
@@ -292,7 +283,7 @@ def plot_lines(x, curves, *, xlabel, ylabel="right answers (share)", ax=None):
     xlabel, ylabel : str
     ax : matplotlib.axes.Axes, optional
     """
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     x = np.asarray(x, dtype=float)
     for number, (method, estimates) in enumerate(curves.items()):
         values = np.array([getattr(one, "value", one) for one in estimates], dtype=float)
@@ -316,7 +307,7 @@ def plot_lines(x, curves, *, xlabel, ylabel="right answers (share)", ax=None):
 
 def plot_horizon(boxes, camera, *, ax=None):
     """Box height against the row of the feet, and the line that shows the horizon."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     feet = (boxes[Y] + boxes[H]).to_numpy()
     ax.plot(boxes[H], feet, ".", ms=3, color=GROUP_COLOURS[3], label="boxes")
     if camera.horizon is not None:
@@ -331,7 +322,7 @@ def plot_horizon(boxes, camera, *, ax=None):
 
 def plot_against_truth(true, said, *, ax=None):
     """Headings here against true headings, degrees, wrapped to one turn."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     true = np.asarray(true) % 360
     said = true + (np.asarray(said) - true + 180) % 360 - 180
     ax.plot([0, 360], [0, 360], color=INK, lw=0.8)
@@ -359,14 +350,3 @@ def group_legend(ax):
     ]
     ax.legend(handles=handles, title="direction")
     return ax
-
-
-def _axes(ax):
-    return plt.subplots()[1] if ax is None else ax
-
-
-def _frame_axes(ax, frame_width, frame_height):
-    ax.set(xlim=(0, frame_width), ylim=(frame_height, 0), aspect="equal", xticks=[], yticks=[])
-    ax.grid(False)
-    for spine in ax.spines.values():
-        spine.set(visible=True, color=PALE)

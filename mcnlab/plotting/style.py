@@ -1,0 +1,38 @@
+"""The look that all figures share: the same thing has the same colour everywhere."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+
+# From away to toward; told apart in grey too, by lightness and marker.
+GROUP_COLOURS = {1: "#14213d", 2: "#1d5fa8", 3: "#3fb18f", 4: "#f2b134", 5: "#d1495b"}
+METHOD_COLOURS = {
+    "thesis, height": "#8d6a9f",
+    "growth": "#3fb18f",
+    "perspective": "#1d5fa8",
+}
+METHOD_MARKERS = {
+    "thesis, height": "s",
+    "growth": "^",
+    "perspective": "o",
+}
+INK, PALE = "#222222", "#b8bcc2"
+UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"
+
+
+def use_style():
+    """Give every figure mcnlab's look."""
+    plt.style.use(str(Path(__file__).parents[1] / "mcnlab.mplstyle"))
+
+
+def axes_or_new(ax):
+    """`ax`, or the axes of a new figure."""
+    return plt.subplots()[1] if ax is None else ax
+
+
+def frame_axes(ax, frame_width, frame_height):
+    """Make axes an image frame: y downwards, pixels square, a thin border."""
+    ax.set(xlim=(0, frame_width), ylim=(frame_height, 0), aspect="equal", xticks=[], yticks=[])
+    ax.grid(False)
+    for spine in ax.spines.values():
+        spine.set(visible=True, color=PALE)
