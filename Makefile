@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
+PEERS := .venv-peers
 OUT ?= build
 ONLY ?=
 ifdef DATA
@@ -25,8 +26,8 @@ test: $(VENV)/.made
 lab: $(VENV)/.made
 	$(RUN) -m jupyterlab notebooks
 
-bench: $(VENV)/.made
-	$(RUN) -m mcnlab bench --out "$(OUT)"
+bench: $(VENV)/.made $(PEERS)/.made
+	MCNLAB_PEERS="$(abspath $(PEERS))/bin/python" $(RUN) -m mcnlab bench --out "$(OUT)"
 
 # Re-run the notebooks in place; outputs and counts stay, what changes by itself goes.
 notebooks: $(VENV)/.made
@@ -38,4 +39,10 @@ $(VENV)/.made: environment.txt
 	rm -rf $(VENV)
 	$(PYTHON) -m venv $(VENV)
 	$(RUN) -m pip install --quiet --disable-pip-version-check -r environment.txt
+	touch $@
+
+$(PEERS)/.made: peers.txt
+	rm -rf $(PEERS)
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check -r peers.txt
 	touch $@

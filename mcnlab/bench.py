@@ -1,11 +1,17 @@
 """Timings, each against a peer: ``bench.csv`` with ``id, ours, peer, ratio, unit``.
 
 Ours and the peer take turns, so that a machine whose speed drifts treats both alike; the
-numbers are medians, the ratio the median of the pairs' ratios.
+numbers are medians, the ratio the median of the pairs' ratios.  Peers that are libraries of
+others run in an environment of their own (see `peers`), whose Python ``MCNLAB_PEERS`` names;
+without it their rows have no peer.
 """
 
+import json
+import os
 import subprocess
 import sys
+import tempfile
+from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 
@@ -13,14 +19,19 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from mcnlab import bundled, widgets
+from mcnlab import bundled, covering, flow, gait, peers, placement, siting, widgets
+from mcnlab.coverage import CameraModel
+from mcnlab.datasets import corridor, overhead
+from mcnlab.datasets.motions import make_motion
 from mcnlab.datasets.walkers import make_walks
 from mcnlab.evaluation import read_heading, sample_sequences
 from mcnlab.files import write_whole
+from mcnlab.ground import GridMap
 from mcnlab.silhouettes import measure_sequences
 
 FOCAL_LENGTH = 450.0  # pixels
 ROUNDS = 3
+PEERS = "MCNLAB_PEERS"  # the Python of the peers' environment
 
 
 def bench(out):
@@ -39,7 +50,17 @@ def bench(out):
     from tqdm.auto import tqdm
 
     rows = []
-    for benchmark in tqdm((time_import, time_videos, time_all_videos, time_panels), unit="bench"):
+    benchmarks = (
+        time_import,
+        time_flow,
+        time_votes,
+        time_choices,
+        time_videos,
+        time_all_videos,
+        time_panels,
+        time_siting_panels,
+    )
+    for benchmark in tqdm(benchmarks, unit="bench"):
         rows += benchmark()
     table = pd.DataFrame(rows, columns=["id", "ours", "peer", "ratio", "unit"])
     text = table.to_csv(index=False, lineterminator="\n", float_format="%.5g")
@@ -54,6 +75,87 @@ def time_import():
 
     ours, peer = _take_turns(lambda: run("import mcnlab"), lambda: run("pass"), rounds=7)
     return [_row("import.mcnlab", ours, peer)]
+
+
+def time_flow():
+    """Horn and Schunck as in 1981 against pyoptflow's; the pyramid against today's flows.
+
+    One thread each.  The shift is (0.4, 0.3) pixels for the former, (3, 2) for the latter,
+    both frames 640×480.
+    """
+    rows = []
+    with _peers() as ask, tempfile.TemporaryDirectory() as folder:
+        small = make_motion("creeping", shape=(480, 640))
+        data = _save(folder, "small", first=small.first, second=small.second, truth=small.truth)
+        options = {"alpha": 1.0, "iterations": 100}
+
+        def plain():
+            return flow.horn_schunck_plain(small.first, small.second, **options)
+
+        name = "flow.horn-schunck-vs-pyoptflow"
+        rows += _against(name, plain, ask("pyoptflow", data, **options), truth=small.truth)
+        large = make_motion("shifting", shape=(480, 640))
+        data = _save(folder, "large", first=large.first, second=large.second, truth=large.truth)
+        pair = (large.first, large.second)
+        for name, peer in {
+            "farneback": _timed(lambda: flow.farneback(*pair), truth=large.truth),
+            "dis": _timed(lambda: flow.dis(*pair), truth=large.truth),
+            "tv-l1": ask("tv-l1", data),
+            "ilk": ask("ilk", data),
+        }.items():
+            ours = lambda: flow.horn_schunck(*pair)  # noqa: E731
+            rows += _against(f"flow.pyramid-vs-{name}", ours, peer, truth=large.truth)
+    return rows
+
+
+def time_votes():
+    """Votes of 1,000×1,000 directed cells, and the slider's part of the whole chain."""
+    rng = np.random.default_rng(0)
+    histograms = np.zeros((1000, 1000, placement.BINS), int)
+    rows, columns = np.indices((1000, 1000))
+    histograms[rows, columns, rng.integers(placement.BINS, size=(1000, 1000))] = 1
+    cells = placement.direct_cells(histograms)
+    scene = corridor.make_traces(walkers=200)
+    grid = GridMap.over(scene.area, cell=0.1)
+    angles = placement.orientations(scene.traces, grid)
+    runs = {
+        "placement.vote.1000x1000": lambda: placement.vote(cells),
+        "placement.votes.slider": lambda: placement.place_by_votes(None, grid, n=4, angles=angles),
+    }
+    return [(name, _timed(run)(7)["seconds"], None, None, "s") for name, run in runs.items()]
+
+
+def time_choices():
+    """The proven optimum of 1,200 walker-seconds and 1,500 cameras, against chama's.
+
+    The greedy choice with swaps stands in the next rows: its time, and its share as a
+    share of the optimum's.
+    """
+    served = coverage_instance()
+    n = 6
+    with _peers() as ask, tempfile.TemporaryDirectory() as folder:
+        peer = ask("chama", _save(folder, "served", served=served), n=n)
+        rows = _against(
+            "coverage.exact-vs-chama", lambda: covering.choose_exact(served, n), peer, rounds=1
+        )
+    exact, swaps = covering.choose_exact(served, n), covering.choose_with_swaps(served, n)
+    seconds = _timed(lambda: covering.choose_with_swaps(served, n))(7)["seconds"]
+    return [
+        *rows,
+        ("coverage.exact.gap", exact.gap, None, None, "share"),
+        ("coverage.swaps", seconds, None, None, "s"),
+        ("coverage.swaps-of-exact", swaps.share, exact.share, swaps.share / exact.share, "share"),
+    ]
+
+
+def coverage_instance(targets=1200, cameras=1500):
+    """A served matrix of that size: fixed cameras in the corridor, a walker-second a row."""
+    scene = corridor.make_traces(walkers=120)
+    model = CameraModel(field_of_view=60, reach=8)
+    site = siting.prepare_site(scene, model=model, grid=GridMap.over(scene.area, cell=0.5))
+    rng = np.random.default_rng(0)
+    rows = np.sort(rng.choice(len(site.targets), targets, replace=False))
+    return site.served[np.ix_(rows, np.sort(rng.choice(len(site.cameras), cameras, replace=False)))]
 
 
 def time_videos():
@@ -101,16 +203,113 @@ def time_panels():
             range(300, 500, 10),
         ),
     }
+    return _time_moves("widgets.direction", moves)
+
+
+def time_siting_panels():
+    """The same for chapter 2."""
+    scene = corridor.make_traces()
+    film = overhead.render_corridor(walkers=10, seconds=20)
+    (boxes,), truth = gait.record_at_angles(range(0, 91, 15), subjects=1)
+    model = CameraModel(pans=True)
+    moves = {
+        "gait": (widgets.gait_panel(boxes, truth, frame_rate=25.0), "angle", [0, 30, 60, 90] * 4),
+        "flow": (widgets.flow_panel(film.frames[100:102]), "alpha", range(3, 19)),
+        "vote": (widgets.vote_panel(scene), "chaos_ratio", np.arange(0.2, 1, 0.05)),
+        "choice": (widgets.choice_panel(scene, model=model), "n", [1, 2, 4, 5, 6, 7, 8] * 2),
+    }
+    return _time_moves("widgets.placement", moves)
+
+
+def _time_moves(name, moves):
+    """Seconds from a move to the new picture: the median over all, and of each panel."""
     rows, every = [], []
-    for name, (panel, control, values) in moves.items():
+    for panel_name, (panel, control, values) in moves.items():
         seconds = []
         for value in values:
             begin = perf_counter()
             panel.controls[control].value = value
             seconds.append(perf_counter() - begin)
         every += seconds
-        rows.append((f"widgets.direction.{name}", float(np.median(seconds)), None, None, "s"))
-    return [("widgets.direction", float(np.median(every)), None, None, "s"), *rows]
+        rows.append((f"{name}.{panel_name}", float(np.median(seconds)), None, None, "s"))
+    return [(name, float(np.median(every)), None, None, "s"), *rows]
+
+
+@contextmanager
+def _peers():
+    """ask(task, file, **options) → a peer as `_against` takes it; None without peers."""
+    python = os.environ.get(PEERS)
+    if not python:
+        yield lambda *_, **__: None
+        return
+    alone = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    worker = subprocess.Popen(
+        [python, "-P", peers.__file__],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env=alone,
+    )
+
+    def ask(task, data, **options):
+        def run(_rounds=1):
+            worker.stdin.write(json.dumps({"task": task, "data": str(data), **options}) + "\n")
+            worker.stdin.flush()
+            return json.loads(worker.stdout.readline())
+
+        return run
+
+    try:
+        yield ask
+    finally:
+        worker.stdin.close()
+        worker.wait()
+
+
+def _timed(run, *, truth=None):
+    """run as a peer: the median of some rounds, and the end-point error of a flow."""
+
+    def measure(rounds=1):
+        seconds = []
+        for _ in range(rounds):
+            begin = perf_counter()
+            result = run()
+            seconds.append(perf_counter() - begin)
+        held = {"seconds": float(np.median(seconds))}
+        return held if truth is None else {**held, "epe": flow.end_point_error(result, truth)}
+
+    return measure
+
+
+def _against(name, ours, peer, *, truth=None, rounds=ROUNDS):
+    """Rows of ours against a peer that take turns: seconds, and errors if there is a truth."""
+    ours = _timed(ours, truth=truth)
+    cv2.setNumThreads(1)
+    try:
+        ours()  # a warm-up each
+        if peer is not None:
+            peer()
+        pairs = [(ours(), peer() if peer is not None else None) for _ in range(rounds)]
+    finally:
+        cv2.setNumThreads(-1)
+    mine = float(np.median([one["seconds"] for one, _ in pairs]))
+    if peer is None:
+        return [(name, mine, None, None, "s")]
+    theirs = float(np.median([other["seconds"] for _, other in pairs]))
+    ratio = float(np.median([one["seconds"] / other["seconds"] for one, other in pairs]))
+    rows = [(name, mine, theirs, ratio, "s")]
+    one, other = pairs[-1]
+    for key, unit in (("epe", "px"), ("share", "share")):
+        if key in one and key in other:
+            rows.append((f"{name}.{key}", one[key], other[key], one[key] / other[key], unit))
+    return rows
+
+
+def _save(folder, name, **arrays):
+    path = Path(folder) / f"{name}.npz"
+    np.savez(path, **arrays)
+    return path
 
 
 def _take_turns(ours, peer, *, rounds):

@@ -17,12 +17,15 @@ import numpy as np
 import pandas as pd
 
 import mcnlab
-from mcnlab import columns
-from mcnlab.columns import SEQUENCE
-from mcnlab.datasets import casia, pedestrians
+from mcnlab import columns, traces
+from mcnlab.columns import FRAME, SEQUENCE, TRACE, X, Y
+from mcnlab.datasets import casia, corridor, middlebury, pedestrians, trajectories
 from mcnlab.datasets.mirror import add_mirrored, mirror_direction, mirror_masks
+from mcnlab.datasets.motions import MOTIONS, make_motion
 from mcnlab.datasets.noise import SegmentationNoise, add_noise
 from mcnlab.datasets.recording import Recording
+from mcnlab.datasets.scene import Scene, area_of
+from mcnlab.datasets.video import open_video
 from mcnlab.datasets.walkers import make_walks
 from mcnlab.direction import turn_between
 from mcnlab.errors import DatasetError
@@ -33,6 +36,8 @@ from mcnlab.silhouettes import MIN_AREA, measure_sequences
 BUNDLED = Path(__file__).resolve().parent.parent / "data"
 VARIABLE = "MCNLAB_DATA"
 PETS_WINDOW = 7  # frames, one second
+PETS_FINDERS = ("background", "horn-schunck")
+PETS_HALF = 397  # frames: what was tuned saw the frames before this one only
 # Brief losses of a limb, holes and specks: what rectification can mend.
 EXAMPLE_NOISE = SegmentationNoise(specks=4, speck_size=(3, 8), holes=4, cut_limbs=4, cut_share=0.04)
 
@@ -215,6 +220,111 @@ def measure_pets2009(folder):
     return table.round(dict.fromkeys(table.select_dtypes(float).columns, 4))
 
 
+def flow_sequences():
+    """Pairs of frames with true flow: Middlebury's, or made ones without them.
+
+    Returns
+    -------
+    dict
+        Name in lower case → (first, second, truth).
+    """
+    folder = data_folder()
+    if folder is not None and (folder / middlebury.NAME).is_dir():
+        found = middlebury.find_sequences(folder / middlebury.NAME)
+        return {sequence.name.lower(): sequence.read() for sequence in found}
+    return {name: make_motion(name)[1:] for name in MOTIONS}
+
+
+def pets2009_traces():
+    """Where people of PETS 2009 stood, as our own chain saw it, and how well that agrees.
+
+    Returns
+    -------
+    points : pandas.DataFrame
+        One row a trace point: ``method`` (one of `PETS_FINDERS`), ``trace, frame, x, y``
+        (metres), ``matched`` (whether somebody's true feet are within a metre) and
+        ``error`` (metres; 1 where nobody's are).
+    feet : pandas.DataFrame
+        One row a person and frame: ``method, trace`` (the person), ``frame, found, error``.
+
+    Raises
+    ------
+    McnError
+        When files are missing or damaged.
+    """
+    folder = data_folder()
+    if folder is None or not all(path.is_file() for path in _pets_video_files(folder)):
+        held = BUNDLED / pedestrians.PETS
+        return tuple(
+            read_table(held / f"{name}.csv.gz", dtype={TRACE: str}) for name in ("traces", "feet")
+        )
+    return measure_pets2009_traces(folder)
+
+
+def measure_pets2009_traces(folder):
+    """Trace the people of PETS 2009 in the video in `folder`, and score the traces."""
+    from joblib import Parallel, delayed
+
+    truth = true_pets_feet(folder)
+    found = Parallel(n_jobs=2)(delayed(trace_pets)(folder, method) for method in PETS_FINDERS)
+    points, feet = [], []
+    for method, table in zip(PETS_FINDERS, found, strict=True):
+        score = traces.score_traces(table, truth)
+        points.append(score.points.assign(method=method))
+        feet.append(score.feet.assign(method=method))
+    points = pd.concat(points, ignore_index=True)
+    feet = pd.concat(feet, ignore_index=True)
+    # The true feet themselves are others' work and stay where they are.
+    return (
+        points[["method", TRACE, FRAME, X, Y, "matched", "error"]].round(4),
+        feet[["method", TRACE, FRAME, "found", "error"]].round(4),
+    )
+
+
+def trace_pets(folder, method):
+    """The traces of PETS 2009, View 1, by one of `traces.METHODS`: metres, frames from 0."""
+    path, calibration, _ = _pets_video_files(folder)
+    video = open_video(path, frame_rate=pedestrians.PETS_FRAME_RATE)
+    camera = pedestrians.read_tsai(calibration).scaled(video.width / pedestrians.PETS_WIDTH)
+    return traces.trace_video(video, camera.to_ground, method=method, height=camera.height_at)
+
+
+def true_pets_feet(folder):
+    """The true feet of PETS 2009, View 1: a trace table, metres, frames from 0."""
+    world = pedestrians.read_mot_world(_pets_video_files(folder)[2])
+    names = {SEQUENCE: TRACE, pedestrians.WORLD_X: X, pedestrians.WORLD_Y: Y}
+    return world.rename(columns=names).sort_values([TRACE, FRAME], ignore_index=True)
+
+
+def pets2009_scene():
+    """PETS 2009 as a scene: our traces by background subtraction."""
+    points, _ = pets2009_traces()
+    table = points[points["method"] == "background"][[TRACE, FRAME, X, Y]].reset_index(drop=True)
+    return Scene(
+        "pets", table, pedestrians.PETS_FRAME_RATE, area_of(table, margin=1.0), source="measured"
+    )
+
+
+def scenes():
+    """Every place at hand where people walk: the made corridor, PETS, and real trajectories.
+
+    Returns
+    -------
+    list of Scene
+        The corridor first.  Trajectories only with ``MCNLAB_DATA``.
+
+    Raises
+    ------
+    McnError
+        When files are damaged beyond leaving a trace out.
+    """
+    found = [corridor.make_traces(), pets2009_scene()]
+    folder = data_folder()
+    if folder is not None:
+        found += trajectories.read_scenes(folder)[0]
+    return found
+
+
 def measure_all(folder, out, *, progress=False):
     """Measure what lies in `folder` and write the tables that are bundled.
 
@@ -259,13 +369,19 @@ def measure_all(folder, out, *, progress=False):
         )
         labels = recording.directions.rename_axis(SEQUENCE).to_csv(lineterminator="\n")
         written.append(write_whole(out / casia.NAME / "directions.csv", labels))
-    files = _pets_files(folder)
-    if all(path.is_file() for path in files):
+    tables, files = {}, []
+    if all(path.is_file() for path in _pets_files(folder)):
+        tables["headings.csv.gz"] = measure_pets2009(folder)
+        files += _pets_files(folder)
+    if all(path.is_file() for path in _pets_video_files(folder)):
+        tables["traces.csv.gz"], tables["feet.csv.gz"] = measure_pets2009_traces(folder)
+        files += [path for path in _pets_video_files(folder) if path not in files]
+    if tables:
         written += _write_tables(
             out / pedestrians.PETS,
-            {"headings.csv.gz": measure_pets2009(folder)},
+            tables,
             {
-                "dataset": "PETS 2009 S2.L1 View 1, one-second headings",
+                "dataset": "PETS 2009 S2.L1 View 1: one-second headings, traces of feet",
                 "credit": "J. Ferryman and A. Shahrokni, PETS2009: Dataset and challenge, 2009; "
                 "world positions from MOTChallenge 2015 (CC BY-NC-SA 3.0)",
                 "sha256 of the sources": sha256_of(files, root=folder),
@@ -343,6 +459,12 @@ def _pets_files(folder):
         folder / pedestrians.PETS / "View_001.xml",
         folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt",
     ]
+
+
+def _pets_video_files(folder):
+    """Video, calibration and world positions of PETS 2009 under a data folder."""
+    folder = Path(folder)
+    return [folder / pedestrians.PETS / "vtest.mp4", *_pets_files(folder)[1:]]
 
 
 def _write_tables(folder, tables, facts):

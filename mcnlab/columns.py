@@ -163,9 +163,9 @@ def _check_order(names, frame, *, argument, key):
         )
 
 
-def split_sequences(boxes):
-    """Yield ``(sequence, rows)`` in table order; `rows` is a slice of positions."""
-    names = boxes[SEQUENCE].to_numpy()
+def split_sequences(table, *, key=SEQUENCE):
+    """Yield ``(name, rows)`` in table order; `rows` is a slice of positions."""
+    names = table[key].to_numpy()
     starts = np.flatnonzero(np.r_[True, names[1:] != names[:-1]])
     for start, stop in zip(starts, np.r_[starts[1:], len(names)], strict=True):
         yield names[start], slice(int(start), int(stop))

@@ -8,8 +8,9 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
+from mcnlab import flow
 from mcnlab.bundled import casia_a_folder
-from mcnlab.columns import DIRECTION, SEQUENCE
+from mcnlab.columns import DIRECTION, FRAME, SEQUENCE, TRACE
 from mcnlab.datasets import casia
 from mcnlab.datasets.noise import SegmentationNoise, add_noise
 from mcnlab.datasets.recording import Recording
@@ -26,7 +27,7 @@ from mcnlab.direction import (
 from mcnlab.errors import ArgumentError, DatasetError, SilhouetteError, require_count
 from mcnlab.perspective import degrees_of_freedom, measure_headings
 from mcnlab.phase import SOFT_RULES, measure_phases
-from mcnlab.results import accuracy, mean_by_subject, share_of
+from mcnlab.results import accuracy, mean_by_subject, median_by_subject, share_of
 from mcnlab.silhouettes import measure_sequence
 
 # The noise that the closed form must stand: level 1 of the noise figure.
@@ -280,6 +281,57 @@ def accuracy_under_noise(
             lost = np.zeros(half - len(flags), dtype=bool)
             found[method].append(accuracy(np.r_[flags, lost]))
     return found
+
+
+def flow_errors(sequences):
+    """The mean end-point error of every optical flow on every sequence, pixels.
+
+    Parameters
+    ----------
+    sequences : dict
+        Name → (first, second, truth), as from `bundled.flow_sequences`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a sequence, one column a method of `flow.METHODS`.
+    """
+    rows = {
+        name: {
+            method: flow.end_point_error(find(first, second), truth)
+            for method, find in flow.METHODS.items()
+        }
+        for name, (first, second, truth) in sequences.items()
+    }
+    return pd.DataFrame.from_dict(rows, orient="index")
+
+
+def judge_traces(points, feet, *, first=0):
+    """Recall, precision and error of traces, with intervals that draw whole walkers.
+
+    Parameters
+    ----------
+    points : pandas.DataFrame
+        Trace points: ``trace, frame, matched, error``.
+    feet : pandas.DataFrame
+        True feet: ``trace, frame, found, error``.
+    first : int, optional
+        Frames before this one are not judged.
+
+    Returns
+    -------
+    dict of str to Estimate
+        ``recall``, ``precision`` and ``median_error_m``, the median distance of the pairs.
+    """
+    points, feet = points[points[FRAME] >= first], feet[feet[FRAME] >= first]
+    if len(points) == 0 or len(feet) == 0:
+        raise ArgumentError(f"first is {first}: there is nothing to judge from there on; lower it.")
+    pairs = feet[feet["found"].astype(bool)]
+    return {
+        "recall": mean_by_subject(feet["found"], feet[TRACE]),
+        "precision": mean_by_subject(points["matched"], points[TRACE]),
+        "median_error_m": median_by_subject(pairs["error"], pairs[TRACE]),
+    }
 
 
 def neighbours_agree(headings):

@@ -11,14 +11,14 @@ R. Tsai, "A versatile camera calibration technique", IEEE J. Robotics and Automa
 1987.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from mcnlab.errors import ArgumentError, require_count, require_number
 
 MAP_PIXELS = 8  # map pixels along a cell's side (thesis sections 2.2.1 and 2.3)
+MOST_FAR = 1e12  # metres or pixels
 MOST_CELLS = 25_000_000  # a grid beyond this is a mistake in units
 # A triangle of points this flat, relative to the cloud's extent, leaves the plane free to tilt.
 FLATNESS = 1e-3
@@ -161,7 +161,7 @@ class TsaiCamera:
     @property
     def place(self):
         """Where the camera stands, world metres, shape (3,)."""
-        return -self.turn.T @ self.shift / 1000.0
+        return place_of(self.turn, self.shift)
 
     def to_ground(self, pixels):
         """Where the rays through pixels meet the ground.
@@ -196,6 +196,90 @@ class TsaiCamera:
         reach = -origin[2] / rays[:, 2]
         return (origin[:2] + reach[:, None] * rays[:, :2]) / 1000.0
 
+    def to_image(self, points):
+        """Where points in the world are seen.
+
+        Parameters
+        ----------
+        points : array_like, shape (n, 2) or (n, 3)
+            World metres; on the ground if two.
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            Pixels.
+
+        Raises
+        ------
+        ArgumentError
+            When a point is not finite or not in front of the camera, or lies so far out
+            that the distortion model folds over.
+        """
+        points = _check_world(points)
+        seen = (1000.0 * points) @ self.turn.T + self.shift
+        if (seen[:, 2] <= 0).any():
+            row = int(np.flatnonzero(seen[:, 2] <= 0)[0])
+            raise ArgumentError(f"points row {row} lies behind the camera; drop it.")
+        ideal = self.focal * seen[:, :2] / seen[:, 2:]
+        straight = np.hypot(ideal[:, 0], ideal[:, 1])
+        # The calibration gives the ideal radius from the seen one, r + κr³; Newton's steps
+        # from the ideal radius undo it, and settle in a few where the model is sound.
+        radius = straight.copy()
+        for _ in range(20):
+            slope = 1.0 + 3.0 * self.kappa * radius**2
+            if (slope <= 0.1).any():
+                row = int(np.flatnonzero(slope <= 0.1)[0])
+                raise ArgumentError(
+                    f"points row {row} lies beyond what the lens distortion describes; drop it."
+                )
+            radius = radius - (radius + self.kappa * radius**3 - straight) / slope
+        ideal *= (radius / np.where(straight > 0, straight, 1.0))[:, None]
+        pitch = np.array([self.pitch[0] / self.aspect, self.pitch[1]])
+        return ideal / pitch + np.array(self.centre)
+
+    def height_at(self, pixels, *, metres=1.75):
+        """How tall a person stands in the image, by the pixel of the feet.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (n, 2)
+            x, y of feet.
+        metres : float, optional
+            The person's height.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Pixels.
+        """
+        pixels = check_points("pixels", pixels)
+        metres = require_number("metres", metres, above=0, unit="metres")
+        feet = self.to_ground(pixels)
+        head = self.to_image(np.c_[feet, np.full(len(feet), metres)])
+        return np.hypot(*(head - pixels).T)
+
+    def scaled(self, factor):
+        """The same camera for an image resized by `factor` (0.5: half as wide)."""
+        factor = require_number("factor", factor, above=0)
+        return replace(
+            self,
+            centre=tuple(factor * value for value in self.centre),
+            pitch=tuple(value / factor for value in self.pitch),
+        )
+
+
+def place_of(turn, shift):
+    """Where a camera stands, world metres, shape (3,).
+
+    Parameters
+    ----------
+    turn : ndarray, shape (3, 3)
+        World to camera.
+    shift : ndarray, shape (3,)
+        Millimetres.
+    """
+    return -turn.T @ shift / 1000.0
+
 
 def check_area(area, *, argument="area"):
     """Return left, bottom, right, top as floats, or raise `ArgumentError`."""
@@ -222,9 +306,25 @@ def check_points(name, points, *, low=1):
         raise ArgumentError(
             f"{name} has the shape {points.shape}; pass at least {low} rows of x, y."
         )
+    sound = (np.abs(points) <= MOST_FAR).all(axis=1)  # not so for NaN
+    if not sound.all():
+        row = int(np.flatnonzero(~sound)[0])
+        raise ArgumentError(f"{name} row {row} is not finite, or beyond any place; mend it.")
+    return points
+
+
+def _check_world(points):
+    """Return points as floats of shape (n, 3), on the ground if they have no third."""
+    try:
+        points = np.asarray(points, dtype=float)
+    except (TypeError, ValueError) as fault:
+        raise ArgumentError(f"points are not numbers ({fault}); pass rows of x, y, z.") from fault
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise ArgumentError(f"points has the shape {points.shape}; pass rows of x, y or x, y, z.")
     if not np.isfinite(points).all():
-        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
-        raise ArgumentError(f"{name} row {row} is not finite; drop or mend it.")
+        raise ArgumentError("points holds values that are not finite; drop those rows.")
+    if points.shape[1] == 2:
+        points = np.c_[points, np.zeros(len(points))]
     return points
 
 
@@ -247,8 +347,9 @@ def find_homography(image_points, ground_points):
     ------
     ArgumentError
         When there are fewer than four points, as many on both sides are not given, one
-        is not finite, points repeat, or they lie on a line.  OpenCV returns a matrix of
-        rank one for such points, in silence.
+        is not finite, points repeat, or they lie on a line.  OpenCV's findHomography
+        returns a matrix of rank one for such points, in silence, and rounds to single
+        precision; hence our own, the normalised direct linear transform.
     """
     image = check_points("image_points", image_points, low=4)
     ground = check_points("ground_points", ground_points, low=4)
@@ -258,17 +359,31 @@ def find_homography(image_points, ground_points):
         )
     for name, points in (("image_points", image), ("ground_points", ground)):
         _check_spread(name, points)
-    homography, _ = cv2.findHomography(_normalise(image)[0], _normalise(ground)[0])
-    if homography is None or not np.isfinite(homography).all():
-        raise ArgumentError("image_points and ground_points admit no homography; check the pairs.")
-    homography = np.linalg.inv(_normalise(ground)[1]) @ homography @ _normalise(image)[1]
-    # The determinant in normalised coordinates: nearly zero means that a plane became a line.
-    within = _normalise(ground)[1] @ homography @ np.linalg.inv(_normalise(image)[1])
-    if abs(np.linalg.det(within / np.linalg.norm(within))) < 1e-9:
+    (image, from_image), (ground, from_ground) = _normalise(image), _normalise(ground)
+    # The direct linear transform: each pair is two equations, h the direction that all
+    # leave free, or nearly so.
+    rays, none = np.c_[image, np.ones(len(image))], np.zeros((len(image), 3))
+    equations = np.concatenate(
+        [
+            np.c_[rays, none, -ground[:, :1] * rays],
+            np.c_[none, rays, -ground[:, 1:] * rays],
+        ]
+    )
+    triangle = np.linalg.qr(equations, mode="r")  # nine rows at most, however many points
+    within = np.linalg.svd(triangle)[2][-1].reshape(3, 3)
+    # Nearly zero in normalised coordinates means that a plane became a line.
+    if abs(np.linalg.det(within)) < 1e-9:
         raise ArgumentError(
             "image_points and ground_points admit only a degenerate homography; "
             "check that the pairs are in the same order."
         )
+    side = rays @ within[2]
+    if side.min() < 0 < side.max():
+        raise ArgumentError(
+            "image_points lie on both sides of the horizon that they give; check that the pairs "
+            "are in the same order."
+        )
+    homography = np.linalg.inv(from_ground) @ within @ from_image
     last = homography[2, 2]
     return homography / (last if abs(last) > 1e-12 else np.linalg.norm(homography))
 

@@ -4,7 +4,7 @@ from html import escape
 from pathlib import Path
 
 import mcnlab
-from mcnlab.figures import FIGURES
+from mcnlab.figures import FIGURES, NOTEBOOKS
 from mcnlab.results import SECONDS, verdict_of
 
 _STYLE = """
@@ -68,7 +68,10 @@ def render(table, out):
         (entry for entry in shown if entry.section),
         key=lambda entry: [int(part) for part in entry.number.split(".")],
     )
-    beyond = [entry for entry in shown if not entry.section]
+    beyond = sorted(
+        (entry for entry in shown if not entry.section),
+        key=lambda entry: NOTEBOOKS.index(entry.notebook),
+    )
     timings = [row for row in rows.values() if row["unit"] == SECONDS]
     numbers = [row for row in rows.values() if row["unit"] != SECONDS]
     parts = [

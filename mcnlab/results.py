@@ -102,12 +102,7 @@ def mean_by_subject(values, subjects, *, seed=0, draws=4000):
     Estimate
         ``n`` counts subjects.
     """
-    values = np.asarray(values, dtype=float)
-    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
-        raise ArgumentError("values must be a non-empty sequence of finite numbers.")
-    if np.shape(subjects) != values.shape:
-        raise ArgumentError(f"subjects names {len(subjects)} of {len(values)} values; name all.")
-    _, codes = np.unique(np.asarray(subjects, dtype=str), return_inverse=True)
+    values, codes = _by_subject(values, subjects)
     if codes.max() == 0:
         return Estimate(float(values.mean()), None, None, 1)  # one subject shows no spread
     total, count = np.bincount(codes, values), np.bincount(codes)
@@ -115,6 +110,34 @@ def mean_by_subject(values, subjects, *, seed=0, draws=4000):
     means = total[drawn].sum(axis=1) / count[drawn].sum(axis=1)
     low, high = np.percentile(means, [2.5, 97.5])
     return Estimate(float(values.mean()), float(low), float(high), len(count))
+
+
+def median_by_subject(values, subjects, *, seed=0, draws=1000):
+    """A median, with a bootstrap interval that draws whole subjects; see `mean_by_subject`."""
+    values, codes = _by_subject(values, subjects)
+    if codes.max() == 0:
+        return Estimate(float(np.median(values)), None, None, 1)
+    order = np.argsort(values)
+    size = codes.max() + 1
+    rng = np.random.default_rng(seed)
+    medians = np.empty(draws)
+    for draw in range(draws):
+        # How often each subject was drawn weighs all of its values.
+        weights = np.bincount(rng.integers(size, size=size), minlength=size)[codes[order]]
+        below = np.cumsum(weights)
+        medians[draw] = values[order[np.searchsorted(below, below[-1] / 2)]]
+    low, high = np.percentile(medians, [2.5, 97.5])
+    return Estimate(float(np.median(values)), float(low), float(high), int(size))
+
+
+def _by_subject(values, subjects):
+    """Values as floats, and the number of each one's subject."""
+    values = np.asarray(values, dtype=float)
+    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
+        raise ArgumentError("values must be a non-empty sequence of finite numbers.")
+    if np.shape(subjects) != values.shape:
+        raise ArgumentError(f"subjects names {len(subjects)} of {len(values)} values; name all.")
+    return values, np.unique(np.asarray(subjects, dtype=str), return_inverse=True)[1]
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,10 @@ def bring_your_own(tmp_path, make_boxes):
 
 def test_the_bundled_tables_are_those_that_were_measured():
     table = bundled.check_bundled()
-    assert set(table["table"]) == {"casia-a/boxes.csv.gz", "pets2009/headings.csv.gz"}
+    assert set(table["table"]) == {
+        "casia-a/boxes.csv.gz",
+        *(f"pets2009/{name}.csv.gz" for name in ("headings", "traces", "feet")),
+    }
     assert table["sound"].all()
     for row in table.itertuples():
         assert row.rows == len(pd.read_csv(bundled.BUNDLED / row.table))

@@ -10,6 +10,7 @@ from mcnlab.columns import MEASURES
 from mcnlab.datasets.pedestrians import (
     read_mot_world,
     read_pets,
+    read_tsai,
     read_tsai_place,
     true_headings,
 )
@@ -180,6 +181,30 @@ def test_any_turn_of_the_camera_is_undone(scratch, turn, place):
 def test_malformed_calibrations_are_refused(scratch, text):
     with pytest.raises(DatasetError, match=r"v\.xml is not a Tsai calibration"):
         read_tsai_place(scratch("v.xml", text))
+
+
+WHOLE = (
+    '<Camera><Geometry dpx="{}" dpy="0.005"/><Intrinsic focal="5" kappa1="0.001" cx="384" '
+    'cy="288" sx="1"/><Extrinsic tx="0" ty="0" tz="9000" rx="3" ry="0.1" rz="{}"/></Camera>'
+)
+
+
+def test_a_whole_calibration_is_a_camera(scratch):
+    path = scratch("v.xml", WHOLE.format(0.005, 0.2))
+    camera = read_tsai(path)
+    assert (camera.focal, camera.kappa, camera.centre) == (5, 0.001, (384, 288))
+    assert camera.turn @ camera.turn.T == pytest.approx(np.eye(3))
+    assert camera.place == pytest.approx(read_tsai_place(path))
+
+
+@pytest.mark.parametrize("cells", [(0, 0), (-1, 0), ("nan", 0), ("far", 0), (0.005, "inf")])
+def test_an_impossible_calibration_is_refused(scratch, cells):
+    with pytest.raises(DatasetError, match=r"v\.xml is not a Tsai calibration"):
+        read_tsai(scratch("v.xml", WHOLE.format(*cells)))
+    with pytest.raises(DatasetError, match="needs Geometry dpx, dpy; Intrinsic"):
+        read_tsai(scratch("v.xml", TSAI.format(0, 0, 0, 0, 0, 0)))
+    with pytest.raises(DatasetError, match="missing"):
+        read_tsai(scratch("v.xml", "").parent / "none.xml")
 
 
 def world_of(x, y, vx, vy, n=7, rate=7.0, name="3"):

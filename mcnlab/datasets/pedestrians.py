@@ -16,6 +16,7 @@ import pandas as pd
 from mcnlab.columns import CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y, check_columns
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import DatasetError
+from mcnlab.ground import TsaiCamera, place_of
 from mcnlab.lines import fit_lines
 
 PETS = "pets2009"
@@ -24,6 +25,8 @@ PETS_FRAME_RATE = 7.0  # frames a second; the video's container says 10
 PETS_FOCAL_LENGTH = 1190.0  # pixels: between the calibration's 1185 across and 1195 down
 
 WORLD_X, WORLD_Y = "world_x", "world_y"  # metres
+
+_EXTRINSIC = ("tx", "ty", "tz", "rx", "ry", "rz")
 
 
 def read_pets(folder):
@@ -122,6 +125,48 @@ def read_mot_world(path):
     )
 
 
+def read_tsai(path):
+    """A camera with a Tsai calibration.
+
+    Parameters
+    ----------
+    path : path-like
+        An XML file with ``Geometry`` dpx, dpy (mm), ``Intrinsic`` focal (mm), kappa1 (1/mm²),
+        cx, cy (pixels), sx, and ``Extrinsic`` tx, ty, tz (mm), rx, ry, rz (radians).
+
+    Returns
+    -------
+    TsaiCamera
+        For the image that it was calibrated on, 768×576 in PETS 2009.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing, lacks a number, or holds an impossible one.
+    """
+    held = _read_numbers(
+        path,
+        Geometry=("dpx", "dpy"),
+        Intrinsic=("focal", "kappa1", "cx", "cy", "sx"),
+        Extrinsic=_EXTRINSIC,
+    )
+    if min(held[name] for name in ("dpx", "dpy", "focal", "sx")) <= 0:
+        raise DatasetError(
+            f"{path} is not a Tsai calibration (dpx, dpy, focal and sx must be positive); "
+            "restore it."
+        )
+    turn, shift = _pose(held)
+    return TsaiCamera(
+        focal=held["focal"],
+        kappa=held["kappa1"],
+        centre=(held["cx"], held["cy"]),
+        aspect=held["sx"],
+        pitch=(held["dpx"], held["dpy"]),
+        turn=turn,
+        shift=shift,
+    )
+
+
 def read_tsai_place(path):
     """Where on the ground a camera with a Tsai calibration stands.
 
@@ -140,24 +185,39 @@ def read_tsai_place(path):
     DatasetError
         When the file is missing or lacks a number.
     """
+    turn, shift = _pose(_read_numbers(path, Extrinsic=_EXTRINSIC))
+    return place_of(turn, shift)
+
+
+def _read_numbers(path, **wanted):
+    """Attributes of a calibration's elements, as finite floats."""
     path = Path(path)
+    held = {}
     try:
-        held = ElementTree.parse(path).getroot().find("Extrinsic").attrib
-        shift = np.array([float(held[key]) for key in ("tx", "ty", "tz")])
-        turn = np.array([float(held[key]) for key in ("rx", "ry", "rz")])
-        if not np.isfinite([*shift, *turn]).all():
+        root = ElementTree.parse(path).getroot()
+        for element, names in wanted.items():
+            attributes = root.find(element).attrib
+            held |= {name: float(attributes[name]) for name in names}
+        if not np.isfinite(list(held.values())).all():
             raise ValueError("a number is not finite")
     except FileNotFoundError as fault:
         raise DatasetError(f"{path} is missing; put the camera's calibration there.") from fault
     except (OSError, ElementTree.ParseError, AttributeError, LookupError, ValueError) as fault:
+        needs = "; ".join(f"{element} {', '.join(names)}" for element, names in wanted.items())
         raise DatasetError(
-            f"{path} is not a Tsai calibration ({fault}); it needs Extrinsic tx … rz."
+            f"{path} is not a Tsai calibration ({fault}); it needs {needs}."
         ) from fault
+    return held
+
+
+def _pose(held):
+    """World to camera, Rz·Ry·Rx, and the shift in millimetres."""
+    turn = np.array([held[key] for key in ("rx", "ry", "rz")])
     (cos_x, cos_y, cos_z), (sin_x, sin_y, sin_z) = np.cos(turn), np.sin(turn)
     about_x = np.array([[1, 0, 0], [0, cos_x, -sin_x], [0, sin_x, cos_x]])
     about_y = np.array([[cos_y, 0, sin_y], [0, 1, 0], [-sin_y, 0, cos_y]])
     about_z = np.array([[cos_z, -sin_z, 0], [sin_z, cos_z, 0], [0, 0, 1]])
-    return -(about_z @ about_y @ about_x).T @ shift / 1000.0
+    return about_z @ about_y @ about_x, np.array([held[key] for key in ("tx", "ty", "tz")])
 
 
 def true_headings(world, windows, *, place, window, frame_rate):

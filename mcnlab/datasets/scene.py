@@ -27,6 +27,8 @@ class Scene:
         Left, bottom, right, top, metres.
     walls : ndarray, shape (k, 2, 2)
         Segments that block sight: (x, y) of both ends, metres.
+    blocks : ndarray, shape (k, 4)
+        Rectangles that are no floor: left, bottom, right, top, metres.
     source : str
         Where it came from: "bundled", "measured", "synthetic", …
     problems : tuple of str
@@ -38,6 +40,7 @@ class Scene:
     frame_rate: float
     area: tuple
     walls: np.ndarray = None
+    blocks: np.ndarray = ()
     source: str = ""
     problems: tuple = ()
 
@@ -53,6 +56,8 @@ class Scene:
                 f"walls has the shape {walls.shape}; pass finite segments, shape (k, 2, 2)."
             )
         object.__setattr__(self, "walls", walls)
+        blocks = [check_area(block, argument="blocks") for block in self.blocks]
+        object.__setattr__(self, "blocks", np.array(blocks).reshape(-1, 4))
 
     @property
     def walkers(self):

@@ -4,6 +4,8 @@ A notebook shows each figure that it covers; a reproduction keeps the picture as
 ``figure-3.12.png``.  Figures that go beyond the thesis have names instead of numbers.
 """
 
+# Chapter by chapter; each module enters its figures.
+from mcnlab.figures import choosing, direction, gait, tracing, voting  # noqa: F401
 from mcnlab.figures.direction import example_walk
 from mcnlab.figures.registry import FIGURES, NOTEBOOKS, START, draw, show
 

@@ -19,7 +19,7 @@ VOTE, EXACT = "vote_for_camera_places", "place_cameras_exactly"
 MIRROR, TRACE = "mirror_casia_a", "trace_silhouette_curves"
 SEPARATE, READ = "separate_directions_in_phase_space", "read_heading_from_perspective"
 # In reading order.
-NOTEBOOKS = (START, MIRROR, TRACE, SEPARATE, READ)
+NOTEBOOKS = (START, SQUARE, ABOVE, VOTE, EXACT, MIRROR, TRACE, SEPARATE, READ)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,39 @@ METHOD_MARKERS = {
     "growth": "^",
     "perspective": "o",
 }
+# Ways to choose places; told apart by marker too.
+CHOICE_COLOURS = {
+    "votes": "#8d6a9f",
+    "area": "#f2b134",
+    "random": "#8a9099",
+    "greedy": "#3fb18f",
+    "swaps": "#14213d",
+    "exact": "#1d5fa8",
+}
+CHOICE_MARKERS = {
+    "votes": "s",
+    "area": "D",
+    "random": "x",
+    "greedy": "^",
+    "swaps": "v",
+    "exact": "o",
+}
+# Ways to find who moves.
+FINDER_COLOURS = {"background": "#1d5fa8", "horn-schunck": "#8d6a9f", "truth": "#222222"}
+# Optical flows.
+FLOW_COLOURS = {
+    "horn-schunck": "#8d6a9f",
+    "horn-schunck-plain": "#c9b6d6",
+    "farneback": "#3fb18f",
+    "dis": "#14213d",
+}
+FLOW_HATCHES = {
+    "horn-schunck": "",
+    "horn-schunck-plain": "///",
+    "farneback": "\\\\\\",
+    "dis": "...",
+}
+DENSITY = "YlGnBu"
 INK, PALE = "#222222", "#b8bcc2"
 UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"
 

@@ -10,13 +10,19 @@ from mcnlab.widgets.direction import (
     separator_panel,
     silhouette_panel,
 )
-from mcnlab.widgets.panel import Panel
+from mcnlab.widgets.panel import CellPicker, Panel
+from mcnlab.widgets.siting import choice_panel, flow_panel, gait_panel, vote_panel
 
 __all__ = [
+    "CellPicker",
     "Panel",
+    "choice_panel",
+    "flow_panel",
+    "gait_panel",
     "heading_panel",
     "mirror_panel",
     "phase_panel",
     "separator_panel",
     "silhouette_panel",
+    "vote_panel",
 ]

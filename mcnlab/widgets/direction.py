@@ -13,7 +13,7 @@ from mcnlab.direction import LinearSeparators, group_of, leave_one_subject_out
 from mcnlab.errors import SilhouetteError
 from mcnlab.evaluation import judge_headings, truth_of
 from mcnlab.silhouettes import MIN_AREA, find_body
-from mcnlab.widgets.panel import Panel, label, slider
+from mcnlab.widgets.panel import Panel, decimal_slider, label, slider
 
 
 def silhouette_panel(masks, *, seed=0):
@@ -220,13 +220,7 @@ def _phase_controls():
         "dimension": ipywidgets.ToggleButtons(
             options=[("height", H), ("width", W)], **label("curve")
         ),
-        "prominence": ipywidgets.FloatSlider(
-            value=phase.PROMINENCE,
-            min=0,
-            max=10,
-            step=0.5,
-            **label("prominence (px)", width="480px"),
-        ),
+        "prominence": decimal_slider("prominence (px)", 0, 10, phase.PROMINENCE, step=0.5),
         "spacing": slider("spacing (frames)", 1, 15, phase.SPACING),
         "soft_rule": ipywidgets.ToggleButtons(
             options=[("drop", "line"), ("keep", "keep")], **label("soft extrema")

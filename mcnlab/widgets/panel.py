@@ -6,14 +6,17 @@ without flicker.
 
 import base64
 import threading
+from functools import partial
 
 import cv2
 import ipywidgets
 import numpy as np
+import traitlets
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mcnlab.errors import McnError
+from mcnlab.ground import GridMap
 
 
 class Panel(ipywidgets.VBox):
@@ -30,6 +33,10 @@ class Panel(ipywidgets.VBox):
         How many axes, side by side.
     figsize : tuple of float, optional
         Inches.
+    solid : tuple of int, optional
+        Which of the axes are three-dimensional.
+    margins : dict, optional
+        As `matplotlib.figure.Figure.subplots_adjust` takes them.
 
     Attributes
     ----------
@@ -38,7 +45,7 @@ class Panel(ipywidgets.VBox):
     controls : dict
     """
 
-    def __init__(self, draw, controls, *, columns=1, figsize=(8, 3.6)):
+    def __init__(self, draw, controls, *, columns=1, figsize=(8, 3.6), solid=(), margins=None):
         self.draw = draw
         self.controls = controls
         self.picture = ipywidgets.Image(
@@ -48,9 +55,15 @@ class Panel(ipywidgets.VBox):
         # Fixed margins: laying out anew at every move would cost as much as drawing.
         self._figure = Figure(figsize=figsize, dpi=80, layout="none")
         FigureCanvasAgg(self._figure)
-        self._figure.subplots_adjust(left=0.1, right=0.97, bottom=0.2, top=0.9)
+        margins = {"left": 0.1, "right": 0.97, "bottom": 0.2, "top": 0.9, **(margins or {})}
+        self._figure.subplots_adjust(**margins)
         # The axes stay and what is on them goes: making axes takes as long as drawing them.
-        self._axes = [self._figure.add_subplot(1, columns, 1 + place) for place in range(columns)]
+        self._axes = [
+            self._figure.add_subplot(
+                1, columns, 1 + place, projection="3d" if place in solid else None
+            )
+            for place in range(columns)
+        ]
         # JupyterLab sends slider moves through several threads of the kernel; one figure
         # can be drawn by one of them at a time.
         self._turn = threading.Lock()
@@ -75,7 +88,8 @@ class Panel(ipywidgets.VBox):
 
     def _redraw(self, values):
         for ax in self._axes:
-            for artist in (*ax.lines, *ax.patches, *ax.texts, *ax.images):
+            drawn = (*ax.lines, *ax.patches, *ax.texts, *ax.images, *ax.collections)
+            for artist in (*drawn, *ax.child_axes):
                 artist.remove()
             ax.set_prop_cycle(None)
             ax.relim()
@@ -94,6 +108,65 @@ class Panel(ipywidgets.VBox):
         self.picture.value = cv2.imencode(".png", pixels, lightly)[1].tobytes()
 
 
+class CellPicker(ipywidgets.VBox):
+    """Cells chosen on a map: a button a block, as they lie on the ground.
+
+    Parameters
+    ----------
+    area : tuple of float
+        Left, bottom, right, top, metres.
+    block : float
+        Metres along a block's side.
+    text : str
+        What is chosen.
+
+    Attributes
+    ----------
+    value : tuple of pairs
+        Row and column of the chosen blocks, row 0 the lowest.
+    """
+
+    value = traitlets.Tuple()
+
+    def __init__(self, area, *, block, text):
+        self.map = GridMap.over(area, cell=block)
+        self._buttons = {
+            (row, column): ipywidgets.ToggleButton(
+                tooltip=f"x {x:.1f} m, y {y:.1f} m", layout={"width": "22px", "height": "18px"}
+            )
+            for row in range(self.map.rows)
+            for column in range(self.map.columns)
+            for x, y in [self.map.place_of(row, column)]
+        }
+        for cell, button in self._buttons.items():
+            button.observe(partial(self._press, cell), names="value")
+        lines = [
+            ipywidgets.HBox([self._buttons[row, column] for column in range(self.map.columns)])
+            for row in reversed(range(self.map.rows))
+        ]
+        super().__init__([ipywidgets.HTML(text), *lines])
+        self.observe(self._show, names="value")
+
+    def cells(self, grid):
+        """Which cells of a grid lie in chosen blocks, shape (rows, columns)."""
+        chosen = np.zeros(self.map.shape, bool)
+        for row, column in self.value:
+            chosen[row, column] = True
+        left, bottom, right, top = self.map.area
+        # The last cell's centre may lie beyond the map; the nearest block stands for it.
+        x = np.clip(grid.centres()[0], left, np.nextafter(right, left))
+        y = np.clip(grid.centres()[1], bottom, np.nextafter(top, bottom))
+        return chosen[self.map.cell_of(*np.meshgrid(x, y))]
+
+    def _press(self, cell, change):
+        held = set(self.value) - {cell} | ({cell} if change["new"] else set())
+        self.value = tuple(sorted(held))
+
+    def _show(self, change):
+        for cell, button in self._buttons.items():
+            button.value = cell in change["new"]
+
+
 def slider(text, low, high, value, *, step=1):
     """A slider over whole numbers."""
     return ipywidgets.IntSlider(
@@ -105,3 +178,10 @@ def label(text, *, width="auto"):
     """What a control says of itself, and how wide it is."""
     style = {"description_width": "130px"}
     return {"description": text, "style": style, "layout": {"width": width}}
+
+
+def decimal_slider(text, low, high, value, *, step):
+    """A slider over decimal numbers."""
+    return ipywidgets.FloatSlider(
+        value=value, min=low, max=high, step=step, **label(text, width="480px")
+    )

@@ -1,0 +1,203 @@
+"""The figures of sections 2.2.1 to 2.3: from traces to votes to places."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from mcnlab import placement, plotting
+from mcnlab.columns import TRACE, X, Y
+from mcnlab.figures.registry import VOTE
+from mcnlab.figures.registry import figure as _figure
+from mcnlab.placement import CHAOS, DIRECTED, NO_LOCUS
+
+
+@_figure(
+    "2.3",
+    "Loci of those who walk",
+    section="2.2.1",
+    notebook=VOTE,
+    claim="From overhead, the loci of many walkers make a visible pattern.",
+    finding="Lanes along the corridor and round its bends; crossings and standing people stand "
+    "out as knots.",
+)
+def loci(scene, grid):
+    """Figure 2.3: every trace over the cells of the grid."""
+    figure, ax = plt.subplots(figsize=(9, 4.2))
+    plotting.plot_ground(grid.area, walls=scene.walls, grid=grid, ax=ax)
+    plotting.plot_traces(scene.traces, ax=ax)
+    ax.set_title(f"{len(scene.walkers)} walkers, cells of {grid.cell:g} m")
+    return figure
+
+
+@_figure(
+    "2.4",
+    "The angle of a pattern of pixels",
+    section="2.2.2",
+    notebook=VOTE,
+    claim="The pixels of a locus in an 8×8 cell show one of the angles in [0, π].",
+    finding="The principal axis of the pixels; a point, a block or a cross has none.",
+)
+def patterns():
+    """Figure 2.4: strokes at the eight bins' centres and patterns without an angle."""
+    examples = placement.example_patterns()
+    angles, known = placement.infer_angle(np.stack(list(examples.values())))
+    figure = plt.figure(figsize=(9, 3.4))
+    plotting.plot_patterns(list(examples.values()), angles, known, figure=figure)
+    return figure
+
+
+@_figure(
+    "2.5",
+    "Three kinds of cells",
+    section="2.2.2",
+    notebook=VOTE,
+    claim="A cell has one direction, or several (chaos), or nobody passed it.",
+    ids=("placement.corridor.directed", "placement.corridor.chaos"),
+)
+def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
+    """Figure 2.5: (a) a directed cell, (b) a chaos cell, (c) one without a locus."""
+    figure, axes = plt.subplots(2, 3, figsize=(10, 5), height_ratios=(1.1, 1))
+    walks = placed.cells.histograms.sum(axis=2)
+    names = {DIRECTED: "(a) one direction", CHAOS: "(b) chaos", NO_LOCUS: "(c) no locus"}
+    for column, (kind, name) in enumerate(names.items()):
+        held = np.where(placed.cells.kind == kind, walks, -1)
+        above, below = axes[:, column]
+        above.set_title(name)
+        if held.max() < 0:
+            for ax in (above, below):
+                ax.text(0.5, 0.5, "no such cell here", ha="center", transform=ax.transAxes)
+                ax.axis("off")
+            continue
+        cell = np.unravel_index(int(held.argmax()), held.shape)
+        _draw_cell(scene, grid, cell, ax=above)
+        counts = placed.cells.histograms[cell]
+        plotting.plot_histogram(counts, chaos_ratio=chaos_ratio, ax=below)
+        if column:
+            below.set_ylabel("")
+    return figure
+
+
+@_figure(
+    "2.6",
+    "From path band to places",
+    section="2.2.3–2.2.4",
+    notebook=VOTE,
+    claim="The band grows from the strongest cell; where perpendiculars to it meet, cameras go.",
+    finding="Here the whole band votes, as in the thesis's experiment; its thinned line shows "
+    "what would be left with more walks.",
+)
+def path_band(scene, grid, placed):
+    """Figure 2.6: (a) the band and its growth, (b) votes, (c) the places."""
+    figure, axes = plt.subplots(3, 1, figsize=(7.5, 10.5))
+    order = placement.grow_band(placed.cells)
+    for ax, name in zip(axes, ("(a) path band", "(b) votes", "(c) places"), strict=True):
+        plotting.plot_ground(grid.area, walls=scene.walls, ax=ax)
+        ax.set_title(name)
+    image = plotting.plot_band(grid, order, placement.thin(order >= 0), ax=axes[0])
+    figure.colorbar(image, ax=axes[0], label="joined in step", shrink=0.8)
+    axes[0].legend(loc="lower right")
+    plotting.plot_votes(grid, placed.votes, ax=axes[1])
+    draw_cells(grid, placed.cells, ax=axes[2])
+    axes[2].plot(
+        placed.places[X], placed.places[Y], "^", ms=12, color=plotting.UPPER, mec="white", ls=""
+    )
+    return figure
+
+
+@_figure(
+    "2.10",
+    "A cell and its histogram",
+    section="2.3",
+    notebook=VOTE,
+    claim="A cell with 15 walks whose angles agree is given their direction.",
+    finding="The cell whose number of walks is nearest to 15; no bin but the highest and its "
+    "neighbours reaches 0.8 of the highest.",
+)
+def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
+    """Figure 2.10: a directed cell with about so many walks."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), width_ratios=(1, 1.5))
+    counts = np.where(placed.cells.directed, placed.cells.histograms.sum(axis=2), -(10**6))
+    cell = np.unravel_index(int(np.abs(counts - walks).argmin()), counts.shape)
+    _draw_cell(scene, grid, cell, ax=left)
+    left.set_title(f"cell ({cell[0]}, {cell[1]})")
+    plotting.plot_histogram(
+        placed.cells.histograms[cell],
+        chaos_ratio=chaos_ratio,
+        title=f"{counts[cell]} walks",
+        ax=right,
+    )
+    return figure
+
+
+@_figure(
+    "2.11",
+    "The mesh of votes and its humps",
+    section="2.3",
+    notebook=VOTE,
+    claim="Two humps, at grid cells (4, 4) and (5, 18), are the places for two cameras.",
+    ids=("placement.corridor.humps", "placement.corridor.hump_error_m"),
+)
+def mesh(scene, grid, placed):
+    """Figure 2.11: votes as a mesh, and the same from above."""
+    figure = plt.figure(figsize=(12, 4.4))
+    figure.get_layout_engine().set(wspace=0.12)  # the mesh's own label takes no room
+    left = figure.add_subplot(1, 2, 1, projection="3d")
+    plotting.plot_mesh(grid, placed.votes, humps=placed.humps, ax=left)
+    right = figure.add_subplot(1, 2, 2)
+    plotting.plot_ground(grid.area, walls=scene.walls, ax=right)
+    plotting.plot_votes(grid, placed.votes, humps=placed.humps, ax=right)
+    right.legend(loc="upper right")
+    return figure
+
+
+@_figure(
+    "votes-on-real-people",
+    "Votes of real people",
+    notebook=VOTE,
+    claim="What do the votes say where people walk as they like?",
+    ids=("placement.pets.humps", "placement.pets.directed", "placement.pets.chaos"),
+)
+def real_votes(scene, grid, placed):
+    """Traces, cells and votes of a real scene."""
+    figure, axes = plt.subplots(1, 3, figsize=(12, 4.2))
+    for ax, name in zip(axes, ("traces", "cells (shaded: chaos)", "votes"), strict=True):
+        plotting.plot_ground(grid.area, walls=scene.walls, ax=ax)
+        ax.set_title(name)
+    plotting.plot_traces(scene.traces, ax=axes[0])
+    draw_cells(grid, placed.cells, ax=axes[1])
+    plotting.plot_votes(grid, placed.votes, humps=placed.humps, ax=axes[2])
+    axes[2].legend(loc="upper right")
+    for ax in axes[1:]:
+        ax.set_ylabel("")
+    return figure
+
+
+def draw_cells(grid, cells, *, ax):
+    """The kinds and directions of cells."""
+    return plotting.plot_cells(
+        grid,
+        cells.kind,
+        cells.angle,
+        magnitude=cells.magnitude,
+        no_locus=NO_LOCUS,
+        directed=DIRECTED,
+        chaos=CHAOS,
+        ax=ax,
+    )
+
+
+def _draw_cell(scene, grid, cell, *, ax):
+    """The traces of one cell, as pixels of the map see it."""
+    x, y = grid.place_of(*cell)
+    half = grid.cell / 2
+    area = (x - half, y - half, x + half, y + half)
+    plotting.plot_ground(area, ax=ax)
+    edges = np.arange(9) * grid.pixel
+    ax.vlines(area[0] + edges, area[1], area[3], color=plotting.PALE, lw=0.4)
+    ax.hlines(area[1] + edges, area[0], area[2], color=plotting.PALE, lw=0.4)
+    near = (np.abs(scene.traces[X] - x) < 3 * half) & (np.abs(scene.traces[Y] - y) < 3 * half)
+    near = scene.traces[TRACE].isin(scene.traces[TRACE][near])
+    if near.any():
+        plotting.plot_traces(scene.traces[near], alpha=0.8, ax=ax)
+    ax.set(xlabel="", ylabel="", xticks=[], yticks=[])
+    for spine in ax.spines.values():
+        spine.set(visible=True, color=plotting.PALE)
