@@ -327,6 +327,8 @@ def judge_traces(points, feet, *, first=0):
     if len(points) == 0 or len(feet) == 0:
         raise ArgumentError(f"first is {first}: there is nothing to judge from there on; lower it.")
     pairs = feet[feet["found"].astype(bool)]
+    if len(pairs) == 0:
+        raise ArgumentError("feet: none was found; there is no distance to take a median of.")
     return {
         "recall": mean_by_subject(feet["found"], feet[TRACE]),
         "precision": mean_by_subject(points["matched"], points[TRACE]),

@@ -125,7 +125,8 @@ def median_by_subject(values, subjects, *, seed=0, draws=1000):
         # How often each subject was drawn weighs all of its values.
         weights = np.bincount(rng.integers(size, size=size), minlength=size)[codes[order]]
         below = np.cumsum(weights)
-        medians[draw] = values[order[np.searchsorted(below, below[-1] / 2)]]
+        middle = [np.searchsorted(below, below[-1] / 2, side) for side in ("left", "right")]
+        medians[draw] = values[order[middle]].mean()
     low, high = np.percentile(medians, [2.5, 97.5])
     return Estimate(float(np.median(values)), float(low), float(high), int(size))
 

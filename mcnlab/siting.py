@@ -12,8 +12,8 @@ import pandas as pd
 
 from mcnlab import control, coverage, covering, placement
 from mcnlab.columns import TRACE, X, Y
-from mcnlab.errors import ArgumentError, require_choice, require_count
-from mcnlab.ground import GridMap
+from mcnlab.errors import ArgumentError, require_choice, require_count, require_number
+from mcnlab.ground import GridMap, check_area
 from mcnlab.results import Estimate, mean_by_subject
 
 METHODS = ("votes", "area", "random", "greedy", "swaps", "exact")
@@ -37,6 +37,8 @@ class Site:
     targets : pandas.DataFrame
         The walker-seconds.
     served : ndarray of bool, shape (targets, cameras)
+    headings : int
+        How many a camera that does not pan is offered.
     forbidden : ndarray of bool, shape (rows, columns)
     """
 
@@ -46,19 +48,24 @@ class Site:
     cameras: pd.DataFrame
     targets: pd.DataFrame
     served: np.ndarray
+    headings: int
     forbidden: np.ndarray
 
 
 def grid_over(area, *, cell=0.5, most=MOST_PLACES):
-    """A grid of at most `most` cells: of `cell` metres, or in larger steps of 0.1 m."""
-    left, bottom, right, top = area
+    """A grid of at most `most` cells: of `cell` metres, or of whole decimetres beyond it."""
+    left, bottom, right, top = check_area(area)
+    cell = require_number("cell", cell, above=0, unit="metres")
+    most = require_count("most", most, low=1)
+    # No smaller cells can do; from there on up in small steps.
+    fit = np.sqrt((right - left) * (top - bottom) / most)
+    if cell < fit:
+        cell = np.ceil(10 * fit) / 10
     while True:
-        grid = GridMap.over(area, cell=round(cell, 1))
+        grid = GridMap.over(area, cell=float(cell))
         if grid.rows * grid.columns <= most:
             return grid
-        # Straight to the size that should do, then up in small steps.
-        fit = np.sqrt((right - left) * (top - bottom) / most)
-        cell = max(cell + 0.1, np.floor(10 * fit) / 10)
+        cell = np.round(cell + max(0.1, 0.02 * cell), 1)
 
 
 def prepare_site(scene, *, model, grid=None, headings=8, forbidden=None):
@@ -82,12 +89,17 @@ def prepare_site(scene, *, model, grid=None, headings=8, forbidden=None):
     grid = grid_over(scene.area) if grid is None else grid
     barred = no_floor(scene, grid)
     if forbidden is not None:
-        barred = barred | np.asarray(forbidden)
+        if np.shape(forbidden) != grid.shape:
+            raise ArgumentError(
+                f"forbidden has the shape {np.shape(forbidden)}, the grid {grid.shape}; pass one "
+                "flag a cell."
+            )
+        barred = barred | np.asarray(forbidden, dtype=bool)
     forbidden = barred
     cameras = coverage.candidates(grid, model=model, headings=headings, forbidden=forbidden)
     targets = coverage.walker_seconds(scene)
     served = coverage.square_on(targets, cameras, model, walls=scene.walls)
-    return Site(scene, grid, model, cameras, targets, served, forbidden)
+    return Site(scene, grid, model, cameras, targets, served, headings, forbidden)
 
 
 def no_floor(scene, grid):
@@ -97,7 +109,7 @@ def no_floor(scene, grid):
     return ((x > left) & (x < right) & (y > bottom) & (y < top)).any(axis=0)
 
 
-def choose_cameras(site, method, n, *, seed=0):
+def choose_cameras(site, method, n, *, seed=0, time_limit=60.0):
     """Choose n cameras of a site by one method.
 
     Parameters
@@ -109,6 +121,8 @@ def choose_cameras(site, method, n, *, seed=0):
     n : int
     seed : int, optional
         Of the random draw.
+    time_limit : float, optional
+        Seconds for the proof of "exact"; after it the best so far is returned.
 
     Returns
     -------
@@ -125,7 +139,7 @@ def choose_cameras(site, method, n, *, seed=0):
         ).places
         places = voted[[X, Y]].to_numpy()
         aimed = coverage.aim_cameras(
-            places, site.targets, site.model, headings=8, walls=site.scene.walls
+            places, site.targets, site.model, headings=site.headings, walls=site.scene.walls
         )
         return aimed, None
     if method == "area":
@@ -135,14 +149,13 @@ def choose_cameras(site, method, n, *, seed=0):
         choice = covering.choose_area(seen, n)
         return site.cameras.iloc[choice.cameras], None
     if method == "random":
-        drawn = np.random.default_rng(seed).choice(len(site.cameras), size=n, replace=False)
+        drawn = covering.choose_random(site.served, n, draws=1, seed=seed).cameras[0]
         return site.cameras.iloc[drawn], None
-    choose = {
-        "greedy": covering.choose_greedy,
-        "swaps": covering.choose_with_swaps,
-        "exact": covering.choose_exact,
-    }[method]
-    choice = choose(site.served, n)
+    if method == "exact":
+        choice = covering.choose_exact(site.served, n, time_limit=time_limit)
+    else:
+        choose = {"greedy": covering.choose_greedy, "swaps": covering.choose_with_swaps}[method]
+        choice = choose(site.served, n)
     return site.cameras.iloc[choice.cameras], choice
 
 
@@ -261,6 +274,8 @@ def shares_by_number(
     from joblib import Parallel, delayed
 
     options = {"model": model, "grid": grid, "methods": methods}
+    if len(numbers) == 0:
+        raise ArgumentError("numbers is empty; pass at least one number of cameras.")
     found = Parallel(n_jobs=n_jobs)(
         delayed(compare_methods)(scene, n=n, **options) for n in numbers
     )

@@ -5,6 +5,7 @@ import numpy as np
 
 from mcnlab import gait, plotting
 from mcnlab.columns import FRAME, SEQUENCE, H, W
+from mcnlab.errors import ArgumentError
 from mcnlab.figures.direction import example_walk
 from mcnlab.figures.registry import SQUARE
 from mcnlab.figures.registry import figure as _figure
@@ -28,8 +29,13 @@ def gait_cycle(masks, *, frame_rate, count=9):
     boxes = measure_sequence(masks, sequence="walk", subject="walker").set_index(FRAME)
     events = gait.find_events(boxes.index, boxes[W], frame_rate=frame_rate)
     strikes = events.heel_strikes
+    if len(strikes) < 3 or len(events.mid_swings) == 0:
+        raise ArgumentError(
+            f"masks show {len(strikes)} heel strikes; a cycle needs three. Pass a longer walk, "
+            "seen from the side."
+        )
     middle = len(strikes) // 2 - 1
-    first, last = strikes[max(middle, 0)], strikes[min(max(middle, 0) + 2, len(strikes) - 1)]
+    first, last = strikes[middle], strikes[middle + 2]
     frames = boxes.index[np.searchsorted(boxes.index, np.linspace(first, last, count))]
     figure, axes = plt.subplots(1, count, figsize=(11, 2.6))
     tall = boxes.loc[frames, H].max()
@@ -46,7 +52,7 @@ def gait_cycle(masks, *, frame_rate, count=9):
         }
         name = min(near, key=near.get)
         ax.set_title(f"{(frame - first) / frame_rate:.2f} s", fontsize=9, fontweight="normal")
-        ax.set_xlabel(name if near[name] <= 1 else "", fontsize=8)
+        ax.set_xlabel(name if near[name] <= (last - first) / count / 2 else "", fontsize=8)
     return figure
 
 
@@ -68,7 +74,10 @@ def widths(recording, made, truth):
     figure, axes = plt.subplots(2, 3, figsize=(11, 5), sharey="row")
     for column, (angle, name) in enumerate(VIEWS.items()):
         real = _walk_at(recording, angle)
-        wanted = truth.index[truth["angle"] == angle][0]
+        there = truth.index[truth["angle"] == angle]
+        if len(there) == 0:
+            raise ArgumentError(f"truth has no walk at {angle}°; record one there.")
+        wanted = there[0]
         synthetic = made[made[SEQUENCE] == wanted]
         for ax, walk, colour in zip(axes[:, column], (real, synthetic), (REAL, MADE), strict=True):
             seconds = (walk[FRAME] - walk[FRAME].iloc[0]) / recording.frame_rate

@@ -23,10 +23,10 @@ WHEEL = 64  # pixels
 def corridor_sequence(frames, *, frame_rate, count=6):
     """Figure 2.7: frames of the sequence, evenly spaced."""
     figure, axes = plt.subplots(2, (count + 1) // 2, figsize=(11, 4.5))
-    for ax, index in zip(
-        axes.flat, np.linspace(0, len(frames) - 1, count).astype(int), strict=False
-    ):
-        plotting.plot_frame(frames[index], title=f"{index / frame_rate:.1f} s", ax=ax)
+    for ax in axes.flat[count:]:
+        ax.axis("off")
+    for ax, place in zip(axes.flat, np.linspace(0, len(frames) - 1, count), strict=False):
+        plotting.plot_frame(frames[int(place)], title=f"{int(place) / frame_rate:.1f} s", ax=ax)
     return figure
 
 
@@ -73,6 +73,8 @@ def finders(frame, motions, masks):
         plotting.plot_frame(frame, title="frame", ax=ax)
     for ax, (name, motion) in zip(axes[0], motions.items(), strict=False):
         draw_flow(motion, largest=largest, title=f"flow: {name}", ax=ax)
+    for ax in axes[1, len(masks) :]:
+        ax.axis("off")
     for ax, (name, mask) in zip(axes[1], masks.items(), strict=False):
         plotting.plot_frame(255 - mask, title=f"moving: {name}", ax=ax)
     return figure
@@ -190,11 +192,12 @@ def pets_traces(points, scores):
     scores : dict
         Method → dict of name → Estimate.
     """
-    figure, axes = plt.subplots(1, 3, figsize=(12, 4.3), width_ratios=(1, 1, 0.9))
+    columns = len(points) + 1
+    figure, axes = plt.subplots(1, columns, figsize=(4 * columns, 4.3))
     everything = [table[[X, Y]].to_numpy() for table in points.values()]
     low = np.min([values.min(axis=0) for values in everything], axis=0) - 0.5
     high = np.max([values.max(axis=0) for values in everything], axis=0) + 0.5
-    for ax, (method, table) in zip(axes, points.items(), strict=False):
+    for ax, (method, table) in zip(axes[:-1], points.items(), strict=True):
         plotting.plot_ground((*low, *high), ax=ax)
         plotting.plot_traces(
             table, colour=plotting.FINDER_COLOURS[method], alpha=0.7, label="trace", ax=ax
@@ -202,9 +205,10 @@ def pets_traces(points, scores):
         wrong = table[~table["matched"].astype(bool)]
         ax.plot(wrong[X], wrong[Y], ".", ms=2.5, color=plotting.UPPER, label="nobody within 1 m")
         ax.set_title(f"{method}: {table[TRACE].nunique()} traces")
-    axes[1].set_ylabel("")
+    for ax in axes[1:-1]:
+        ax.set_ylabel("")
     axes[0].legend(loc="upper right", fontsize=8)
-    right = axes[2]
+    right = axes[-1]
     names = ("recall", "precision")
     for place, (method, score) in enumerate(scores.items()):
         at = np.arange(len(names)) + 0.18 * (2 * place - 1)

@@ -222,7 +222,7 @@ def plot_mesh(grid, votes, *, humps=None, most=60, ax=None):
     grid : ground.GridMap
     votes : ndarray, shape (rows, columns)
     humps : pandas.DataFrame, optional
-        ``x, y, votes``.
+        ``row, column, x, y, votes``.
     most : int, optional
         Cells drawn along a side at most; a finer mesh is thinned.
     ax : mpl_toolkits.mplot3d.axes3d.Axes3D, optional

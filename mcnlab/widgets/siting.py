@@ -11,6 +11,8 @@ from mcnlab.figures.voting import draw_cells
 from mcnlab.ground import GridMap
 from mcnlab.widgets.panel import CellPicker, Panel, decimal_slider, label, slider
 
+PATIENCE = 2.0  # s; a proof that takes longer is cut short, and the bound says so
+
 
 def gait_panel(boxes, truth, *, frame_rate):
     """Turn a synthetic walker and watch his box's width and its rhythm.
@@ -29,14 +31,18 @@ def gait_panel(boxes, truth, *, frame_rate):
 
     def draw(left, right, subject, angle):
         at = min(angles, key=lambda held: abs(held - angle))
-        name = truth.index[(truth["angle"] == at) & (truth["subject"] == subject)][0]
+        there = truth.index[(truth["angle"] == at) & (truth["subject"] == subject)]
+        if len(there) == 0:
+            raise ArgumentError(f"angle: {subject} has no walk at {at:g}°; pick another.")
+        name = there[0]
         walk = walks[name]
         seconds = (walk["frame"] - walk["frame"].iloc[0]) / frame_rate
         plotting.plot_width(seconds, walk[W], colour=plotting.METHOD_COLOURS["growth"], ax=left)
         left.set_ylim(0, 1.05 * boxes[W].max())
         lags, correlation, period = gait.rhythm_of(walk, frame_rate=frame_rate)
         right.plot(lags, correlation, color=plotting.METHOD_COLOURS["growth"])
-        right.plot(period.step, period.peak, "o", color=plotting.UPPER)
+        if period.step > 0:
+            right.plot(period.step, period.peak, "o", color=plotting.UPPER)
         right.set(xlim=(0, 1.6), ylim=(-1, 1), xlabel="lag (s)", ylabel="autocorrelation")
         found = f"step <b>{period.step:.2f} s</b>" if period.detectable else "<b>no rhythm</b>"
         return (
@@ -176,13 +182,13 @@ def choice_panel(scene, *, model):
         site = held[key]
         if not site.served.any():
             raise ArgumentError("reach: no camera sees anybody square-on; widen it.")
-        cameras, choice = siting.choose_cameras(site, method, n)
+        cameras, choice = siting.choose_cameras(site, method, n, time_limit=PATIENCE)
         seen = siting.judge_cameras(cameras, site.targets, model=wanted, walls=scene.walls)
         plotting.plot_ground(scene.area, walls=scene.walls, ax=plan)
         plotting.plot_forbidden(grid, site.forbidden, ax=plan)
         plotting.plot_served(site.targets, seen, ax=plan)
         plotting.plot_cameras(cameras, wanted, method=method, cones=not pans, ax=plan)
-        proof = "" if choice is None else f", at most {choice.bound:.3f} can be"
+        proof = "" if choice is None else f", none sees more than {choice.bound:.3f}"
         return f"seen square-on: <b>{seen.mean():.3f}</b> of {len(seen)} walker-seconds{proof}"
 
     return Panel(
@@ -198,7 +204,7 @@ def choice_panel(scene, *, model):
                 **label("camera"),
             ),
             "field_of_view": slider("field of view (°)", 20, 120, round(model.field_of_view)),
-            "reach": slider("range (m)", 2, 30, round(model.reach)),
+            "reach": slider("range (m)", 2, max(30, round(model.reach)), round(model.reach)),
             "square_within": slider("off square-on (°)", 5, 45, round(model.square_within)),
             "forbidden": picker,
         },
