@@ -116,7 +116,8 @@ def choose_cameras(site, method, n, *, seed=0, time_limit=60.0):
     ----------
     site : Site
     method : str
-        One of `METHODS`: the thesis's votes; most ground seen; at random; one after
+        One of `METHODS`: the thesis's votes; most ground seen, and cameras to spare as far
+        from the others as can be; at random; one after
         another where each adds most; that, with swaps; the proven optimum.
     n : int
     seed : int, optional
@@ -146,8 +147,8 @@ def choose_cameras(site, method, n, *, seed=0, time_limit=60.0):
         ground = np.stack(np.meshgrid(*site.grid.centres()), axis=-1)
         ground = ground[~no_floor(site.scene, site.grid)]
         seen = coverage.sees(ground, site.cameras, site.model, walls=site.scene.walls)
-        choice = covering.choose_area(seen, n)
-        return site.cameras.iloc[choice.cameras], None
+        chosen = list(covering.choose_area(seen, n).cameras)
+        return site.cameras.iloc[_spread(site.cameras, seen, chosen, n)], None
     if method == "random":
         drawn = covering.choose_random(site.served, n, draws=1, seed=seed).cameras[0]
         return site.cameras.iloc[drawn], None
@@ -157,6 +158,17 @@ def choose_cameras(site, method, n, *, seed=0, time_limit=60.0):
         choose = {"greedy": covering.choose_greedy, "swaps": covering.choose_with_swaps}[method]
         choice = choose(site.served, n)
     return site.cameras.iloc[choice.cameras], choice
+
+
+def _spread(cameras, seen, chosen, n):
+    """Fill up to n cameras where none adds ground: far from the others, as one takes corners."""
+    places = cameras[[X, Y]].to_numpy()
+    while len(chosen) < n:
+        apart = np.linalg.norm(places[:, None] - places[chosen], axis=2).min(axis=1)
+        apart[chosen] = -1.0
+        farthest = np.flatnonzero(apart >= apart.max() * (1 - 1e-9))
+        chosen.append(int(farthest[seen[:, farthest].sum(axis=0).argmax()]))
+    return chosen
 
 
 def judge_cameras(cameras, targets, *, model, walls=None, folds=1):

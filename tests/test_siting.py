@@ -12,6 +12,7 @@ from mcnlab import coverage, covering, siting
 from mcnlab.columns import FRAME, TRACE, X, Y
 from mcnlab.control import PanTilt
 from mcnlab.coverage import CameraModel
+from mcnlab.datasets import trajectories
 from mcnlab.datasets.corridor import make_traces
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
@@ -396,3 +397,29 @@ def test_slaves_stand_where_cameras_were_chosen(corridor):
         PanTilt(x, y, field_of_view=30.0, near=0.5, reach=4.0, pan_limit=45.0)
         for x, y in zip(cameras[X], cameras[Y], strict=True)
     ]
+
+
+def test_no_method_beats_the_proven_choice_on_the_walks_that_it_saw(recordings):
+    scenes = trajectories.read_scenes(recordings)[0]
+    assert scenes
+    for scene in scenes:
+        half, _ = scene.split(seed=0)
+        site = siting.prepare_site(half, model=CameraModel(pans=True))
+        shares = {}
+        for method in siting.METHODS:
+            cameras, choice = siting.choose_cameras(site, method, 3)
+            shares[method] = siting.judge_cameras(cameras, site.targets, model=site.model).mean()
+        assert choice.proven, scene.name
+        assert shares["exact"] == max(shares.values()), (scene.name, shares)
+
+
+def test_cameras_that_add_no_ground_stand_far_from_the_others():
+    # On an open place of 4×4 m one panning camera sees all but the ground at its own foot, and
+    # the second that; the other two are to spare, and take corners.
+    x = np.linspace(0.1, 3.9, 40)
+    walk = pd.DataFrame({"trace": "a", "frame": np.arange(40), "x": x, "y": 2.0})
+    scene = Scene("open", walk, 10.0, (0, 0, 4, 4))
+    site = siting.prepare_site(scene, model=CameraModel(pans=True, near=0))
+    places = siting.choose_cameras(site, "area", 4)[0][["x", "y"]].to_numpy()
+    assert np.linalg.norm(places[2:, None] - places[:2], axis=2).min() > 3
+    assert np.linalg.norm(places[2] - places[3]) > 3
