@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import perf_counter
 
@@ -24,6 +24,7 @@ from mcnlab.coverage import CameraModel
 from mcnlab.datasets import corridor, overhead
 from mcnlab.datasets.motions import make_motion
 from mcnlab.datasets.walkers import make_walks
+from mcnlab.errors import McnError
 from mcnlab.evaluation import read_heading, sample_sequences
 from mcnlab.files import write_whole
 from mcnlab.ground import GridMap
@@ -237,34 +238,66 @@ def _time_moves(name, moves):
 
 @contextmanager
 def _peers():
-    """ask(task, file, **options) → a peer as `_against` takes it; None without peers."""
+    """ask(task, file, **options) → a peer as `_against` takes it; None without peers.
+
+    A peer that dies raises `McnError` with the last that it said.
+    """
     python = os.environ.get(PEERS)
     if not python:
         yield lambda *_, **__: None
         return
     alone = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    worker = subprocess.Popen(
-        [python, "-P", peers.__file__],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        env=alone,
-    )
+    # What it says goes to a file: nobody reads a pipe, and a full one would stop it.
+    with tempfile.TemporaryFile("w+", errors="replace") as said:
+        try:
+            worker = subprocess.Popen(
+                [python, "-P", peers.__file__],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=said,
+                text=True,
+                env=alone,
+            )
+        except OSError as fault:
+            raise McnError(
+                f"{PEERS} is {python!r}, which cannot be run ({fault.strerror}); name the Python "
+                "of the peers' environment."
+            ) from fault
 
-    def ask(task, data, **options):
-        def run(_rounds=1):
-            worker.stdin.write(json.dumps({"task": task, "data": str(data), **options}) + "\n")
-            worker.stdin.flush()
-            return json.loads(worker.stdout.readline())
+        def ask(task, data, **options):
+            request = json.dumps({"task": task, "data": str(data), **options}) + "\n"
 
-        return run
+            def run(_rounds=1):
+                try:
+                    worker.stdin.write(request)
+                    worker.stdin.flush()
+                    return json.loads(worker.stdout.readline())
+                except (OSError, ValueError) as fault:
+                    raise McnError(_last_words(task, worker, said)) from fault
 
-    try:
-        yield ask
-    finally:
+            return run
+
+        try:
+            yield ask
+        finally:
+            with suppress(OSError):  # what a dead worker never read
+                worker.stdin.close()
+            worker.wait()
+            worker.stdout.close()
+
+
+def _last_words(task, worker, said):
+    """Why a peer gave no answer."""
+    with suppress(OSError):
         worker.stdin.close()
-        worker.wait()
+    code = worker.wait()
+    said.seek(0)
+    lines = said.read().split("\n")
+    last = next((line for line in reversed(lines) if line.strip()), "nothing")
+    return (
+        f"the peer for {task!r} ended with code {code} and gave no answer; the last that it said: "
+        f"{last.strip()!r}. Mend the environment that {PEERS} names (peers.txt)."
+    )
 
 
 def _timed(run, *, truth=None):

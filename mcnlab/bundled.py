@@ -36,7 +36,13 @@ from mcnlab.silhouettes import MIN_AREA, measure_sequences
 BUNDLED = Path(__file__).resolve().parent.parent / "data"
 VARIABLE = "MCNLAB_DATA"
 PETS_WINDOW = 7  # frames, one second
-PETS_FINDERS = ("background", "horn-schunck")
+# The finders of people that are held against each other; the thesis's is that of 1981.
+PETS_FINDERS = {
+    "background": "background",
+    "horn-schunck": "horn-schunck-plain",
+    "dis": "dis",
+    "farneback": "farneback",
+}
 PETS_HALF = 397  # frames: what was tuned saw the frames before this one only
 # Brief losses of a limb, holes and specks: what rectification can mend.
 EXAMPLE_NOISE = SegmentationNoise(specks=4, speck_size=(3, 8), holes=4, cut_limbs=4, cut_share=0.04)
@@ -235,15 +241,20 @@ def flow_sequences():
     return {name: make_motion(name)[1:] for name in MOTIONS}
 
 
-def pets2009_traces():
+def pets2009_traces(finders=tuple(PETS_FINDERS)):
     """Where people of PETS 2009 stood, as our own chain saw it, and how well that agrees.
+
+    Parameters
+    ----------
+    finders : sequence of str, optional
+        Which of `PETS_FINDERS`.
 
     Returns
     -------
     points : pandas.DataFrame
         One row a trace point: ``method`` (one of `PETS_FINDERS`), ``trace, frame, x, y``
-        (metres), ``matched`` (whether somebody's true feet are within a metre) and
-        ``error`` (metres; 1 where nobody's are).
+        (metres), ``matched`` (whether somebody's true feet are within a metre),
+        ``error`` (metres; 1 where nobody's are) and ``person`` (whose; 0 for nobody).
     feet : pandas.DataFrame
         One row a person and frame: ``method, trace`` (the person), ``frame, found, error``.
 
@@ -255,28 +266,32 @@ def pets2009_traces():
     folder = data_folder()
     if folder is None or not all(path.is_file() for path in _pets_video_files(folder)):
         held = BUNDLED / pedestrians.PETS
-        return tuple(
+        tables = (
             read_table(held / f"{name}.csv.gz", dtype={TRACE: str}) for name in ("traces", "feet")
         )
-    return measure_pets2009_traces(folder)
+        return tuple(table[table["method"].isin(finders)] for table in tables)
+    return measure_pets2009_traces(folder, finders=finders)
 
 
-def measure_pets2009_traces(folder):
+def measure_pets2009_traces(folder, *, finders=tuple(PETS_FINDERS)):
     """Trace the people of PETS 2009 in the video in `folder`, and score the traces."""
     from joblib import Parallel, delayed
 
     truth = true_pets_feet(folder)
-    found = Parallel(n_jobs=2)(delayed(trace_pets)(folder, method) for method in PETS_FINDERS)
+    found = Parallel(n_jobs=2)(
+        delayed(trace_pets)(folder, PETS_FINDERS[finder]) for finder in finders
+    )
     points, feet = [], []
-    for method, table in zip(PETS_FINDERS, found, strict=True):
+    for method, table in zip(finders, found, strict=True):
         score = traces.score_traces(table, truth)
-        points.append(score.points.assign(method=method))
+        person = pd.to_numeric(score.points["whose"].replace("", "0")).astype(int)
+        points.append(score.points.assign(method=method, person=person))
         feet.append(score.feet.assign(method=method))
     points = pd.concat(points, ignore_index=True)
     feet = pd.concat(feet, ignore_index=True)
     # The true feet themselves are others' work and stay where they are.
     return (
-        points[["method", TRACE, FRAME, X, Y, "matched", "error"]].round(4),
+        points[["method", TRACE, FRAME, X, Y, "matched", "error", "person"]].round(4),
         feet[["method", TRACE, FRAME, "found", "error"]].round(4),
     )
 
@@ -297,11 +312,28 @@ def true_pets_feet(folder):
 
 
 def pets2009_scene():
-    """PETS 2009 as a scene: our traces by background subtraction."""
-    points, _ = pets2009_traces()
-    table = points[points["method"] == "background"][[TRACE, FRAME, X, Y]].reset_index(drop=True)
+    """PETS 2009 as a scene: our traces by background subtraction.
+
+    A trace that passes from one person to another is cut there, and every piece knows whose
+    it is, so that a split by people puts nobody in both halves.
+    """
+    table = pets2009_traces(["background"])[0].reset_index(drop=True)
+    # Between two sightings of a person the trace is taken to be his.
+    person = table["person"].where(table["person"] > 0)
+    person = person.groupby(table[TRACE]).transform(lambda held: held.ffill().bfill())
+    person = person.fillna(0).astype(int).astype(str)
+    began = (table[TRACE] != table[TRACE].shift()) | (person != person.shift())
+    piece = table[TRACE] + "." + began.groupby(table[TRACE]).cumsum().astype(str)
+    # Nobody's traces are strangers', each his own.
+    people = {name: who for name, who in zip(piece, person, strict=True) if who != "0"}
+    table = table.assign(**{TRACE: piece})[[TRACE, FRAME, X, Y]]
     return Scene(
-        "pets", table, pedestrians.PETS_FRAME_RATE, area_of(table, margin=1.0), source="measured"
+        "pets",
+        table,
+        pedestrians.PETS_FRAME_RATE,
+        area_of(table, margin=1.0),
+        people=people,
+        source="measured",
     )
 
 

@@ -150,9 +150,8 @@ def _check_order(names, frame, *, argument, key):
     if (frame != np.round(frame)).any():
         raise TableError(f"{argument} has a fractional frame number; number frames 1, 2, 3, …")
     names = names.to_numpy(dtype=object)
-    same = names[1:] == names[:-1]
-    backwards = same & (np.diff(frame) <= 0)
-    first = names[np.r_[True, ~same]]
+    backwards = (names[1:] == names[:-1]) & (np.diff(frame) <= 0)
+    first = names[starts_of(names)]
     if backwards.any() or len(set(first)) != len(first):
         where = (
             f" in {key} {names[1 + int(np.flatnonzero(backwards)[0])]!r}" if backwards.any() else ""
@@ -163,10 +162,15 @@ def _check_order(names, frame, *, argument, key):
         )
 
 
+def starts_of(names):
+    """The positions at which a new name begins, in an array of names that stand together."""
+    return np.flatnonzero(np.r_[True, names[1:] != names[:-1]][: len(names)])
+
+
 def split_sequences(table, *, key=SEQUENCE):
     """Yield ``(name, rows)`` in table order; `rows` is a slice of positions."""
     names = table[key].to_numpy()
-    starts = np.flatnonzero(np.r_[True, names[1:] != names[:-1]])
+    starts = starts_of(names)
     for start, stop in zip(starts, np.r_[starts[1:], len(names)], strict=True):
         yield names[start], slice(int(start), int(stop))
 

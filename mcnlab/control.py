@@ -27,13 +27,13 @@ import pandas as pd
 
 from mcnlab import columns
 from mcnlab.columns import FRAME, TRACE, X, Y
-from mcnlab.coverage import CameraModel, sees
+from mcnlab.coverage import CameraModel, sees, within_reach
 from mcnlab.errors import ArgumentError, TableError, require_number
+from mcnlab.ground import HAIR
 
 LOOK_BACK: Final = 0.5  # s of a walker's past from which the master tells its course
 STILL: Final = 0.02  # m: who has moved by less in that time keeps the course it had
 STATES: Final = ("watched", "waking", "turning", "lagging", "unwatched", "unseen")
-_HAIR: Final = 1e-9  # relative; nearer than this to an edge of the view is on it
 
 
 @dataclass(frozen=True)
@@ -136,10 +136,11 @@ class Watch:
             call for, degrees a second, over the time that cameras are awake (0 if never).
             ``awake_share``: of camera-seconds.  ``walker_s``: walker-seconds in all, the
             sum of ``watched_s, waking_s, turning_s, lagging_s, unwatched_s, unseen_s``.
-            ``lost_share``: turning_s and lagging_s, the time lost at the pan limit, over
-            that in which some camera could see the walker; ``watched_share``: watched_s,
-            ``square_share``: watched within `square_within` of square-on, likewise (each 0
-            where no camera could).  ``hand_overs``: mean a walker.
+            Shares of the time in which some camera could see the walker (0 where none
+            could): ``watched_share, waking_share, turning_share, lagging_share``, of those
+            seconds; ``lost_share``, turning and lagging together, the time lost at the pan
+            limit; ``square_share``, watched within `square_within` of square-on.
+            ``hand_overs``: mean a walker.
         """
         needed = np.abs(self.table.loc[self.table["awake"], "needed"].to_numpy())
         needed = needed if len(needed) else np.zeros(1)
@@ -148,11 +149,14 @@ class Watch:
         total = len(state) / self.frame_rate
         could = total - seconds["unseen_s"]
         square = (state == "watched") & (
-            self.walkers["off_square"].to_numpy() <= self.square_within * (1 + _HAIR)
+            self.walkers["off_square"].to_numpy() <= self.square_within * (1 + HAIR)
         )
         shares = {
-            "lost_share": seconds["turning_s"] + seconds["lagging_s"],
             "watched_share": seconds["watched_s"],
+            "waking_share": seconds["waking_s"],
+            "turning_share": seconds["turning_s"],
+            "lagging_share": seconds["lagging_s"],
+            "lost_share": seconds["turning_s"] + seconds["lagging_s"],
             "square_share": float(square.sum() / self.frame_rate),
         }
         return pd.Series(
@@ -233,7 +237,7 @@ def simulate(
             f"traces span {count} frames with hardly anybody in them; number frames 1, 2, 3, …"
         )
     walk = traces[TRACE].to_numpy(dtype=object)
-    starts = np.flatnonzero(np.r_[True, walk[1:] != walk[:-1]])
+    starts = columns.starts_of(walk)
     walker = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(walk)]))
     places = traces[[X, Y]].to_numpy(float)
     bearing, possible = _look(places, cameras, walls)
@@ -265,14 +269,14 @@ def simulate(
         watched[:] = -1
         watched[chosen] = walker[mine]
         rows_of[now, chosen] = mine
-        ready = now - since[chosen] >= wake_time[chosen] - _HAIR * (1 + wake_time[chosen])
+        ready = now - since[chosen] >= wake_time[chosen] - HAIR * (1 + wake_time[chosen])
         wanted = _wrap(bearing[mine, chosen] - pan[chosen])
         turn = np.where(ready, np.clip(wanted, -limit[chosen], limit[chosen]), 0.0)
         turns[now] = 0.0
         turns[now, chosen] = turn
         pan = _wrap(pan + turns[now])
         pans[now] = pan
-        seen = np.abs(wanted - turn) <= half_view[chosen] * (1 + _HAIR)
+        seen = np.abs(wanted - turn) <= half_view[chosen] * (1 + HAIR)
         late = np.where(in_view[chosen], STATES.index("lagging"), STATES.index("turning"))
         late = np.where(seen, STATES.index("watched"), late)
         state[mine] = np.where(ready, late, STATES.index("waking"))
@@ -301,10 +305,9 @@ def _look(places, cameras, walls):
     """Bearings of places from cameras, degrees, and whether they could be seen; (n, m)."""
     stand = np.array([(camera.x, camera.y) for camera in cameras])
     line = places[:, None] - stand
-    distance = np.hypot(line[..., 0], line[..., 1])
     near, reach = np.array([(camera.near, camera.reach) for camera in cameras]).T
     # Right above the camera there is no bearing to turn to.
-    possible = (distance >= near) & (distance <= reach) & (distance > 0)
+    possible = within_reach(np.hypot(line[..., 0], line[..., 1]), near, reach)
     if walls is not None:
         table = pd.DataFrame({X: stand[:, 0], Y: stand[:, 1], "heading": 0.0})
         far = CameraModel(near=0.0, reach=float(reach.max()), pans=True)
@@ -323,7 +326,7 @@ def _courses(places, walker, frame, back):
     time = walker * apart + frame
     row = np.arange(len(time))
     alone = np.r_[True, walker[1:] != walker[:-1]]
-    earlier = np.searchsorted(time, time - back - _HAIR * (1 + back))
+    earlier = np.searchsorted(time, time - back - HAIR * (1 + back))
     earlier = np.where(alone, row, np.minimum(earlier, row - 1))
     step = places - places[earlier]
     moved = np.hypot(step[:, 0], step[:, 1]) >= STILL

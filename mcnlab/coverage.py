@@ -13,14 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from mcnlab.columns import FRAME, TRACE, X, Y, check_columns, check_traces
+from mcnlab.columns import FRAME, TRACE, X, Y, check_columns, check_traces, starts_of
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError, require_count, require_number
-from mcnlab.ground import GridMap, check_points
+from mcnlab.ground import HAIR, GridMap, check_points, check_walls
 
 SECOND, COURSE, PLACE, HEADING = "second", "course", "place", "heading"
 BLOCK = 2_000_000  # numbers in a block of pairs, so that memory stays bounded
-HAIR = 1e-9  # relative; nearer than this to an edge is on it
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ def walker_seconds(walks, *, frame_rate=None, every=1.0, least_speed=0.3):
     least_speed = require_number("least_speed", least_speed, above=0, unit="metres a second")
 
     names = walks[TRACE].to_numpy(dtype=object)
-    starts = np.flatnonzero(np.r_[True, names[1:] != names[:-1]])
+    starts = starts_of(names)
     walk = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(names)]))
     time, x, y = (walks[name].to_numpy(float) for name in (FRAME, X, Y))
     time = time / frame_rate
@@ -295,13 +294,29 @@ def aim_cameras(places, targets, model, *, headings=8, walls=None):
     return cameras.iloc[rows].reset_index(drop=True)
 
 
+def within_reach(away, near, reach):
+    """Whether what is `away`, metres, is neither too near a camera nor too far; never right above.
+
+    Parameters
+    ----------
+    away, near, reach : array_like
+        Metres; of shapes that go together.
+
+    Returns
+    -------
+    ndarray of bool
+    """
+    hair = HAIR * np.asarray(reach)
+    return (away >= near - hair) & (away <= reach + hair) & (away > 0)
+
+
 def _look(points, course, cameras, model, walls):
     """What `sees` and `square_on` share; `course` is radians or None."""
     _check_model(model)
     needed = (X, Y) if model.pans else (X, Y, HEADING)
     check_columns(cameras, needed, argument="cameras")
     spots = check_points("cameras", cameras[[X, Y]].to_numpy())
-    walls = _check_walls(walls)
+    walls = check_walls(walls)
     # Where coordinates are large, their differences are not.
     middle = spots.mean(axis=0)
     points, walls = points - middle, walls - middle
@@ -319,7 +334,7 @@ def _look(points, course, cameras, model, walls):
         rows = slice(start, start + step)
         to = points[rows, None, :] - places
         away = np.hypot(to[..., 0], to[..., 1])
-        seen = (away >= model.near - hair) & (away <= model.reach + hair) & (away > 0)
+        seen = within_reach(away, model.near, model.reach)
         if course is not None:
             along = to[..., 0] * np.cos(course[rows, None]) + to[..., 1] * np.sin(
                 course[rows, None]
@@ -366,18 +381,3 @@ def _check_headings(headings):
     if not np.isfinite(headings).all():
         raise ArgumentError("headings hold a value that is not finite; pass degrees.")
     return np.unique(headings.astype(float) % 360.0)
-
-
-def _check_walls(walls):
-    if walls is None:
-        return np.empty((0, 2, 2))
-    try:
-        walls = np.asarray(walls, dtype=float)
-    except (TypeError, ValueError) as fault:
-        raise ArgumentError(f"walls are not numbers ({fault}); pass shape (k, 2, 2).") from fault
-    walls = walls.reshape(0, 2, 2) if walls.size == 0 else walls
-    if walls.shape[1:] != (2, 2) or not np.isfinite(walls).all():
-        raise ArgumentError(
-            f"walls has the shape {walls.shape}; pass finite segments, shape (k, 2, 2)."
-        )
-    return walls

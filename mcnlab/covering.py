@@ -19,7 +19,8 @@ import numpy as np
 
 from mcnlab import solvers
 from mcnlab.errors import ArgumentError, require_count, require_number
-from mcnlab.solvers import HAIR, check_numbers, check_served, check_weights
+from mcnlab.ground import HAIR
+from mcnlab.solvers import check_numbers, check_served, check_weights
 
 BLOCK = 2_000_000  # numbers in a block of draws, so that memory stays bounded
 
@@ -97,28 +98,6 @@ def covered(served, cameras, *, folds=1):
     return np.count_nonzero(served[:, cameras], axis=1) >= folds
 
 
-def share_served(served, cameras, *, weights=None, folds=1):
-    """The share of the targets' weight that at least `folds` chosen cameras serve.
-
-    Parameters
-    ----------
-    served : ndarray of bool, shape (n, m)
-    cameras : array_like of int
-        Chosen columns.
-    weights : array_like, shape (n,), optional
-        Of the targets; all alike if left out.
-    folds : int, optional
-
-    Raises
-    ------
-    ArgumentError
-        When an argument has an impossible shape or value.
-    """
-    reached = covered(served, cameras, folds=folds)
-    weights = check_weights(weights, len(reached))
-    return float(weights[reached].sum() / weights.sum())
-
-
 def choose_greedy(served, n=None, *, weights=None, folds=1, costs=None, budget=None):
     """Choose cameras one after another, each where it adds most.
 
@@ -151,7 +130,7 @@ def choose_greedy(served, n=None, *, weights=None, folds=1, costs=None, budget=N
         When an argument has an impossible shape or value, `n` is beyond the number of
         cameras, or nothing can be served.
     """
-    problem = solvers.reduce(solvers.set_up(served, n, weights, folds, costs, budget))
+    problem = solvers.strike_off(solvers.set_up(served, n, weights, folds, costs, budget))
     return _choice("greedy", problem, solvers.choose_greedily(problem))
 
 
@@ -159,12 +138,13 @@ def choose_with_swaps(served, n=None, *, weights=None, folds=1, costs=None, budg
     """The greedy choice, then the best exchange of one camera for another, until none helps.
 
     One such search may end far from the optimum, so it is repeated, with half of the
-    cameras kept or none, and the rest drawn at random (always in the same way).
+    cameras kept or none, and the rest drawn at random (always in the same way).  Cameras
+    without which as much is served are left out.
 
     Parameters, the result and what is raised are those of `choose_greedy`.
     """
-    problem = solvers.reduce(solvers.set_up(served, n, weights, folds, costs, budget))
-    return _choice("swaps", problem, solvers.search_by_swaps(problem))
+    problem = solvers.strike_off(solvers.set_up(served, n, weights, folds, costs, budget))
+    return _choice("swaps", problem, _needed(problem, solvers.search_by_swaps(problem)))
 
 
 def choose_exact(
@@ -189,6 +169,8 @@ def choose_exact(
     Returns
     -------
     Choice
+        Every camera in it is needed: without it less would be served.  So there may be
+        fewer than `n`; how few would do, `fewest_for_share` says.
 
     Raises
     ------
@@ -196,9 +178,9 @@ def choose_exact(
         As in `choose_greedy`.
     """
     time_limit = require_number("time_limit", time_limit, above=0, unit="seconds")
-    problem = solvers.reduce(solvers.set_up(served, n, weights, folds, costs, budget))
+    problem = solvers.strike_off(solvers.set_up(served, n, weights, folds, costs, budget))
     found, bound = solvers.maximise(problem, solvers.search_by_swaps(problem), time_limit)
-    return _choice("exact", problem, found, bound=bound)
+    return _choice("exact", problem, _needed(problem, found), bound=bound)
 
 
 def choose_area(seen, n=None, *, weights=None, costs=None, budget=None, exact=False):
@@ -316,6 +298,11 @@ def fewest_for_share(served, share, *, weights=None, folds=1, costs=None, time_l
         gap=gap,
         proven=bool(gap <= HAIR * cost),
     )
+
+
+def _needed(problem, chosen):
+    """The chosen cameras without those that can be left out for nothing, the dearest first."""
+    return solvers.trim(problem, list(chosen), solvers.value_of(problem, chosen))
 
 
 def _choice(method, problem, chosen, *, bound=None):

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from mcnlab import flow
+from mcnlab import flow, gait
 from mcnlab.bundled import casia_a_folder
 from mcnlab.columns import DIRECTION, FRAME, SEQUENCE, TRACE
 from mcnlab.datasets import casia
@@ -27,7 +27,14 @@ from mcnlab.direction import (
 from mcnlab.errors import ArgumentError, DatasetError, SilhouetteError, require_count
 from mcnlab.perspective import degrees_of_freedom, measure_headings
 from mcnlab.phase import SOFT_RULES, measure_phases
-from mcnlab.results import accuracy, mean_by_subject, median_by_subject, share_of
+from mcnlab.results import (
+    Estimate,
+    accuracy,
+    mean_by_subject,
+    median_by_subject,
+    share_by_subject,
+    share_of,
+)
 from mcnlab.silhouettes import measure_sequence
 
 # The noise that the closed form must stand: level 1 of the noise figure.
@@ -334,6 +341,56 @@ def judge_traces(points, feet, *, first=0):
         "precision": mean_by_subject(points["matched"], points[TRACE]),
         "median_error_m": median_by_subject(pairs["error"], pairs[TRACE]),
     }
+
+
+def half_peak(measured, truth, *, seed=0, draws=200):
+    """The view angle at which half of the gait's peak is lost, with an interval over people.
+
+    Parameters
+    ----------
+    measured : pandas.DataFrame
+        From `gait.measure_gait`.
+    truth : pandas.DataFrame
+        ``subject, angle``, indexed by sequence, as from `gait.record_at_angles`.
+    seed, draws : int, optional
+        Of the bootstrap, which draws whole people.
+
+    Returns
+    -------
+    Estimate
+        Degrees.
+    """
+    whole = gait.half_peak_angle(gait.detectability(measured, truth["angle"]))
+    peaks = measured["peak"].reindex(truth.index, fill_value=0.0)
+    table = truth.assign(peak=peaks).pivot_table(
+        index="subject", columns="angle", values="peak", aggfunc=list
+    )
+    rng = np.random.default_rng(seed)
+    angles = []
+    for _ in range(draws):
+        drawn = table.iloc[rng.integers(len(table), size=len(table))]
+        medians = [np.median(np.concatenate(drawn[angle].tolist())) for angle in table.columns]
+        angles.append(gait.half_peak_angle(pd.DataFrame({"angle": table.columns, "peak": medians})))
+    low, high = np.percentile(angles, [2.5, 97.5])
+    return Estimate(whole, float(low), float(high), len(table))
+
+
+def steps_right(measured, truth, *, tolerance=0.1):
+    """The share of walks whose step is found and right, with an interval over people.
+
+    Parameters
+    ----------
+    measured : pandas.DataFrame
+        From `gait.measure_gait`.
+    truth : pandas.DataFrame
+        ``subject, step_s``, indexed by sequence.
+    tolerance : float, optional
+        Share of the true step that a right one may be off.
+    """
+    found = measured.reindex(truth.index)
+    near = np.abs(found["step_s"] - truth["step_s"]) <= tolerance * truth["step_s"]
+    right = near & found["detectable"].eq(True)
+    return share_by_subject(right, truth["subject"])
 
 
 def neighbours_agree(headings):

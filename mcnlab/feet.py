@@ -17,6 +17,7 @@ F. Fleuret et al., "Multicamera people tracking with a probabilistic occupancy m
 TPAMI 30(2), 2008: people as boxes of known size that explain the foreground.
 """
 
+from inspect import signature
 from typing import NamedTuple
 
 import cv2
@@ -39,18 +40,8 @@ BACKGROUND = "background"
 METHODS = (BACKGROUND, *flow.METHODS)
 IMAGE_X, IMAGE_Y = "image_x", "image_y"  # pixels, of a foot on the ground
 
-# Flow that keeps to people's outlines: little smoothing by few iterations.
-SHARP = {
-    "horn-schunck": {
-        "alpha": 25.0,
-        "iterations": 5,
-        "levels": 1,
-        "warps": 1,
-        "median": 0,
-        "relaxation": 1.0,
-    },
-    "horn-schunck-plain": {"alpha": 25.0, "iterations": 5},
-}
+# Flow that keeps to people's outlines: few iterations, in each of which it spreads by a pixel.
+SHARP = {"horn-schunck-plain": {"alpha": 25.0, "iterations": 5}}
 SHADOW = 127  # OpenCV's mark for a shadow in a MOG2 mask
 SMALLEST = 8.0  # pixels; a person less tall is not looked for
 
@@ -60,7 +51,7 @@ COARSEST = 0.25  # metres a pixel; where the ground is seen less finely, feet ar
 # and are cleared away with the person.  Set on the first half of PETS 2009 S2.L1, like the
 # defaults of `flow_masks` and `link`.
 TRUNK = 0.49  # metres
-REACH = 1.5  # trunk widths that belong to a person
+SPAN = 1.5  # trunk widths that belong to a person
 LEAST_FILL = 0.45  # share of the trunk's box that must be foreground
 LEAST_NEW = 0.25  # share that must not be explained by others
 STRIDE = 2  # pixels between the places tried
@@ -111,17 +102,15 @@ def _subtract(video, threshold, shadow, learning_rate, stop):
         yield cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(3))
 
 
-def flow_masks(video, *, method="horn-schunck", speed=0.5, closing=5, **options):
+def flow_masks(video, *, method="horn-schunck-plain", speed=0.5, closing=5, **options):
     """Moving silhouettes by optical flow: the thesis's way (section 2.3, Figure 2.8).
 
     A frame's flow is that to the next frame, the last one's that to the one before.  Who
     stands still has none and is not seen.
 
-    For silhouettes Horn and Schunck's method of 1981 serves better than its pyramid: one
-    level and few iterations, by default, as flow spreads by a pixel in each, beyond the
-    people's outlines and over the ground before their feet.  DIS and Farnebäck's method,
-    which average over windows, do that more: they find as many people, and as many where
-    there are none.
+    The default is Horn and Schunck's method of 1981 with the few iterations of `SHARP`:
+    flow spreads by a pixel in each, beyond the people's outlines and over the ground before
+    their feet.  The other methods have the defaults of `flow`; "horn-schunck" is the pyramid.
 
     Parameters
     ----------
@@ -134,7 +123,7 @@ def flow_masks(video, *, method="horn-schunck", speed=0.5, closing=5, **options)
     closing : int, optional
         Diameter of the disc that closes gaps in the binary image, pixels; 0 for none.
     **options
-        For the method, instead of those in `SHARP`, such as ``alpha`` and ``iterations``.
+        For the method, such as ``alpha`` and ``iterations``; they go before those in `SHARP`.
 
     Yields
     ------
@@ -146,6 +135,7 @@ def flow_masks(video, *, method="horn-schunck", speed=0.5, closing=5, **options)
     closing = require_count("closing", closing)
     if video.n_frames < 2:
         raise ArgumentError("video has one frame; movement needs at least two.")
+    check_mask_options(method, options)
     options = {**SHARP.get(method, {}), **options}
     return _threshold_flow(video, flow.METHODS[method], speed, closing, options)
 
@@ -167,10 +157,25 @@ def moving_masks(video, *, method=BACKGROUND, **options):
     """`background_masks` or `flow_masks`, by the name of the method, one of `METHODS`."""
     if not hasattr(video, "frames") or not hasattr(video, "n_frames"):
         raise ArgumentError(f"video is a {type(video).__name__}; pass what open_video gives.")
-    require_choice("method", method, METHODS)
+    check_mask_options(method, options)
     if method == BACKGROUND:
         return background_masks(video, **options)
     return flow_masks(video, method=method, **options)
+
+
+def check_mask_options(method, options):
+    """Raise `ArgumentError` unless `method` is one of `METHODS` and has all of the options."""
+    require_choice("method", method, METHODS)
+    if method == BACKGROUND:
+        allowed = list(signature(background_masks).parameters)[1:]  # after the video
+    else:
+        found_by = list(signature(flow.METHODS[method]).parameters)[2:]  # after the two frames
+        allowed = ["speed", "closing", *found_by]
+    bogus = [name for name in options if name not in allowed]
+    if bogus:
+        raise ArgumentError(
+            f"{method!r} has no option {bogus[0]!r}; pass any of {', '.join(allowed)}."
+        )
 
 
 def _disc(diameter):
@@ -218,16 +223,7 @@ def trunk_widths(shape, to_ground, *, coarsest=COARSEST):
     x = np.arange(columns + 1.0)
     grid = np.full((rows + 1, columns + 1, 2), np.nan)
     for row in range(rows + 1):
-        try:
-            ground = np.asarray(to_ground(np.c_[x, np.full(columns + 1, float(row))]), float)
-        except McnError:  # this row sees the sky
-            continue
-        if ground.shape != grid[row].shape:
-            raise ArgumentError(
-                f"to_ground gives the shape {ground.shape} for points of {grid[row].shape}; it "
-                "must give x and y of each."
-            )
-        grid[row] = ground
+        grid[row] = _ground_along(to_ground, np.c_[x, np.full(columns + 1, float(row))])
     down = np.linalg.norm(grid[1:, :-1] - grid[:-1, :-1], axis=2)
     across = np.linalg.norm(grid[:-1, 1:] - grid[:-1, :-1], axis=2)
     # From the bottom up: beyond the first place that is too far, all is.
@@ -239,6 +235,41 @@ def trunk_widths(shape, to_ground, *, coarsest=COARSEST):
             "pass more, or check that to_ground gives metres."
         )
     return np.divide(TRUNK, across, out=np.zeros((rows, columns)), where=near)
+
+
+def _ground_along(to_ground, points):
+    """The ground along a row of the image; NaN where it sees the sky."""
+    whole = _ground_at(to_ground, points)
+    if whole is not None:
+        return whole
+    ground = np.full(points.shape, np.nan)
+    # The horizon of a camera that leans to one side runs across the row: from either end on,
+    # as many points as lie on one side of it.
+    for end in (slice(None), slice(None, None, -1)):
+        seen, unseen = 0, len(points)
+        while unseen - seen > 1:
+            some = (seen + unseen) // 2 if seen else 1
+            part = _ground_at(to_ground, points[end][:some])
+            if part is None:
+                unseen = some
+            else:
+                ground[end][:some] = part
+                seen = some
+    return ground
+
+
+def _ground_at(to_ground, points):
+    """The ground at some points; None where one of them sees the sky."""
+    try:
+        ground = np.asarray(to_ground(points), dtype=float)
+    except McnError:
+        return None
+    if ground.shape != points.shape:
+        raise ArgumentError(
+            f"to_ground gives the shape {ground.shape} for points of {points.shape}; it must give "
+            "x and y of each."
+        )
+    return ground
 
 
 def person_sizes(widths, height):
@@ -289,7 +320,7 @@ def learn_height(masks, widths):
     Parameters
     ----------
     masks : iterable of ndarray
-        From `background_masks` or `flow_masks`.
+        From `background_masks` or `flow_masks`; not 0 where something moves.
     widths : ndarray, shape (rows, columns)
         From `trunk_widths`.
 
@@ -302,10 +333,14 @@ def learn_height(masks, widths):
     ------
     SilhouetteError
         When fewer than 20 such silhouettes are seen.
+    ArgumentError
+        When a mask is not finite or not of the shape of `widths`.
     """
     rows, columns = widths.shape
     boxes = [np.empty((0, 5), int)]
-    boxes += [cv2.connectedComponentsWithStats(mask)[2][1:] for mask in masks]
+    for mask in masks:
+        mask = _check_mask(mask, widths.shape, argument="widths")
+        boxes.append(cv2.connectedComponentsWithStats(mask)[2][1:])
     left, top, wide, tall, _ = np.concatenate(boxes).T
     whole = (left > 0) & (left + wide < columns) & (top > 0) & (top + tall < rows)
     left, top, wide, tall = (edge[whole] for edge in (left, top, wide, tall))
@@ -416,7 +451,7 @@ class FeetFinder:
         else:
             end = int(np.flatnonzero(some[:end])[-1]) + 1
         y = top + end
-        margin = int(np.rint((REACH - 1) / 2 * (right - left)))
+        margin = int(np.rint((SPAN - 1) / 2 * (right - left)))
         head, sole = max(0, int(top - 0.1 * tall)), int(max(y, bottom) + 0.05 * tall)
         mask[head:sole, max(0, left - margin) : right + margin] = 0
         return x, y, right - left, tall
@@ -451,11 +486,13 @@ def find_feet(mask, sizes, **options):
     return FeetFinder(sizes, **options)(mask)
 
 
-def _check_mask(mask, shape):
-    """A copy of `mask`: 1 where it is not 0."""
+def _check_mask(mask, shape, *, argument="sizes"):
+    """A copy of `mask`: 1 where it is not 0; `argument` is what it must agree with."""
     mask = np.asarray(mask)
     if mask.shape != shape:
-        raise ArgumentError(f"mask has the shape {mask.shape}, sizes {shape}; they must agree.")
+        raise ArgumentError(
+            f"mask has the shape {mask.shape}, {argument} {shape}; they must agree."
+        )
     if mask.dtype.kind not in "buif" or (mask.dtype.kind == "f" and not np.isfinite(mask).all()):
         raise ArgumentError("mask must hold finite numbers; fill or drop the others.")
     return (mask != 0).astype(np.uint8)

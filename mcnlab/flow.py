@@ -6,9 +6,11 @@ the flow (u, v) is smooth.  What is least is the sum over all pixels of
     (I_x u + I_y v + I_t)² + α² (|∇u|² + |∇v|²).
 
 `horn_schunck_plain` is that and no more; it is sound for motions up to about a pixel.
-`horn_schunck` solves the same from coarse to fine with warping, for motions of any size,
-and smooths the flow with a median filter in between; both terms stay quadratic.  OpenCV's
-DIS and Farnebäck stand beside them with the same interface, see `METHODS`.
+`horn_schunck` is for motions of any size: from coarse to fine, with warping.  The two terms
+of its energy are the paper's, both quadratic; but between warps it filters the flow with a
+5×5 median, which changes what is minimised (Sun, Roth and Black), and in each warp it takes a
+limited number of relaxed iterations, which stop short of the least.  OpenCV's DIS and
+Farnebäck stand beside them with the same interface, see `METHODS`.
 
 A flow is an array (height, width, 2) of float32: dx to the right and dy down, in pixels a
 frame.  A pixel at (x, y) of the first frame is at (x + dx, y + dy) in the second.
@@ -31,10 +33,10 @@ from typing import Final
 import cv2
 import numpy as np
 
+from mcnlab.datasets.middlebury import UNKNOWN
 from mcnlab.errors import ArgumentError, require_choice, require_count, require_number
 
 ALPHA: Final = 7.0  # grey levels of 255; the thesis names none
-UNKNOWN: Final = 1e9  # pixels; Middlebury's mark of a pixel without truth is above it
 PRESETS: Final = MappingProxyType(
     {
         "ultrafast": cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST,
@@ -50,6 +52,13 @@ _ONE: Final = np.ones(1, np.float32)
 _EDGE: Final = cv2.BORDER_REPLICATE
 _COARSEST: Final = 16  # pixels, the least side of the coarsest level when levels are "auto"
 _LONGEST: Final = 16383  # pixels a side: OpenCV's remap takes 32767, of twice the resolution
+_MOST_LEVELS: Final = 10  # of Farnebäck's: the longest side halved to 32 pixels
+# Beyond these an option has no use, and only costs time or gives no flow at all.
+_MOST: Final = 100_000  # iterations
+_MOST_WARPS: Final = 1000  # and median filters
+_WIDEST: Final = 1000  # pixels, of a window
+_BROADEST: Final = 10.0  # pixels, of weights over seven of them
+_STIFFEST: Final = 1e6  # grey levels; 16 bits have 65,536
 _CHECK_EVERY: Final = 5  # iterations between two looks at the update
 # The colour wheel of Baker et al.: hues from red on, each run of so many steps.
 _WHEEL_STEPS: Final = (15, 6, 4, 11, 13, 6)
@@ -76,7 +85,8 @@ def horn_schunck(
     out of the frame is no evidence, its neighbours decide.
 
     Added to the paper, after Sun, Roth and Black: warping, slopes that are the mean of both
-    frames', and the median filter.  The two terms of the energy stay as in the paper.
+    frames', and the median filter.  The two terms of the energy stay as in the paper, but
+    filtered flows are not those that make it least.
 
     Parameters
     ----------
@@ -118,10 +128,10 @@ def horn_schunck(
         option is out of range.
     """
     first, second = _check_frames(first, second)
-    alpha = require_number("alpha", alpha, above=0, unit="grey levels")
-    require_count("iterations", iterations, low=1)
-    require_count("warps", warps, low=1)
-    require_count("median", median)
+    alpha = require_number("alpha", alpha, above=0, high=_STIFFEST, unit="grey levels")
+    _check_count("iterations", iterations, 1, _MOST)
+    _check_count("warps", warps, 1, _MOST_WARPS)
+    _check_count("median", median, 0, _MOST_WARPS)
     require_number("tolerance", tolerance, low=0, unit="pixels")
     presmooth = require_number("presmooth", presmooth, low=0, high=100, unit="pixels")
     relaxation = require_number("relaxation", relaxation, above=0)
@@ -242,16 +252,16 @@ def farneback(first, second, *, levels=5, window=15, iterations=10, neighbourhoo
     first, second : array_like, shape (height, width)
         Grey frames, 0 … 255; rounded to whole grey levels.
     levels : int, optional
-        Levels of the pyramid, each half as large, with the frames themselves; OpenCV
-        leaves out those shorter than 32 pixels.
+        Levels of the pyramid, each half as large, with the frames themselves, at most 10;
+        OpenCV leaves out those shorter than 32 pixels.
     window : int, optional
-        Side of the window that the flow is averaged over, pixels.
+        Side of the window that the flow is averaged over, 2 to 1000 pixels.
     iterations : int, optional
         In each level.
     neighbourhood : int, optional
         Side of the neighbourhood of the polynomial, pixels; 5 or 7.
     spread : float, optional
-        Standard deviation of the Gaussian weights in it, pixels.
+        Standard deviation of the Gaussian weights in it, pixels, at most 10.
 
     Returns
     -------
@@ -263,11 +273,11 @@ def farneback(first, second, *, levels=5, window=15, iterations=10, neighbourhoo
     ArgumentError
         As in `dis`, and when an option is out of range.
     """
-    require_count("levels", levels, low=1)
-    require_count("window", window, low=2)
-    require_count("iterations", iterations, low=1)
+    _check_count("levels", levels, 1, _MOST_LEVELS)
+    _check_count("window", window, 2, _WIDEST)
+    _check_count("iterations", iterations, 1, _MOST)
     require_choice("neighbourhood", neighbourhood, (5, 7))
-    spread = require_number("spread", spread, above=0, unit="pixels")
+    spread = require_number("spread", spread, above=0, high=_BROADEST, unit="pixels")
     first, second = _check_8bit(*_check_frames(first, second))
     return cv2.calcOpticalFlowFarneback(
         first, second, None, 0.5, levels, window, iterations, neighbourhood, spread, 0
@@ -307,30 +317,6 @@ def end_point_error(flow, truth):
     """
     flow, truth = _check_truth(flow, truth)
     return float(np.linalg.norm(flow - truth, axis=-1).mean())
-
-
-def angular_error(flow, truth):
-    """Mean angle between (dx, dy, 1) and the true one (Baker et al.).
-
-    Parameters
-    ----------
-    flow, truth
-        As in `end_point_error`.
-
-    Returns
-    -------
-    float
-        Degrees.
-
-    Raises
-    ------
-    ArgumentError
-        As in `end_point_error`.
-    """
-    flow, truth = (np.insert(part, 2, 1.0, axis=-1) for part in _check_truth(flow, truth))
-    # The arctangent keeps its digits at small angles, where the arccosine loses them.
-    across = np.linalg.norm(np.cross(flow, truth), axis=-1)
-    return float(np.degrees(np.arctan2(across, (flow * truth).sum(axis=-1))).mean())
 
 
 def moving_mask(flow, *, speed):
@@ -478,6 +464,11 @@ def _check_8bit(first, second):
             )
         frames.append(np.ascontiguousarray(np.rint(frame).astype(np.uint8)))
     return frames
+
+
+def _check_count(name, value, low, high):
+    if require_count(name, value, low=low) > high:
+        raise ArgumentError(f"{name} is {value}; pass a whole number of at most {high}.")
 
 
 def _check_levels(levels, shape):

@@ -30,6 +30,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import pandas as pd
+from pandas.api.types import is_numeric_dtype
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import lfilter
 
@@ -493,11 +494,18 @@ def half_peak_angle(table):
     Raises
     ------
     TableError, ArgumentError
-        When a column is missing, or the peak at the largest angle is not positive or does
-        not fall to its half.
+        When a column is missing or holds a value that is not a finite number, or the peak
+        at the largest angle is not positive or does not fall to its half.
     """
     columns.check_columns(table, ("angle", "peak"), argument="table")
-    angle, peak = (table.sort_values("angle")[name].to_numpy(float) for name in ("angle", "peak"))
+    text = [name for name in ("angle", "peak") if not is_numeric_dtype(table[name])]
+    if text:
+        raise TableError(f"table holds text or objects in {', '.join(text)}; pass numbers.")
+    values = table[["angle", "peak"]].to_numpy(float)
+    if not np.isfinite(values).all():
+        row = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
+        raise TableError(f"table row {row} has an angle or a peak that is not finite; drop it.")
+    angle, peak = values[np.argsort(values[:, 0], kind="stable")].T
     below = np.flatnonzero(peak <= peak[-1] / 2) if len(peak) and peak[-1] > 0 else []
     if len(below) == 0:
         raise ArgumentError(

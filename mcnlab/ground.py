@@ -18,6 +18,7 @@ import numpy as np
 from mcnlab.errors import ArgumentError, require_count, require_number
 
 MAP_PIXELS = 8  # map pixels along a cell's side (thesis sections 2.2.1 and 2.3)
+HAIR = 1e-9  # relative; nearer than this to an edge is on it
 MOST_FAR = 1e12  # metres or pixels
 MOST_CELLS = 25_000_000  # a grid beyond this is a mistake in units
 # A triangle of points this flat, relative to the cloud's extent, leaves the plane free to tilt.
@@ -71,7 +72,7 @@ class GridMap:
         cell = require_number("cell", cell, above=0, unit="metres")
         # A hair's breadth beyond a whole number of cells is rounding, not another cell.
         rows, columns = (
-            max(1, int(np.ceil(min(side / cell - 1e-9, MOST_CELLS))))
+            max(1, int(np.ceil(min(side / cell - HAIR, MOST_CELLS))))
             for side in (top - bottom, right - left)
         )
         return cls(left, bottom, rows, columns, cell)
@@ -313,6 +314,43 @@ def check_points(name, points, *, low=1):
     return points
 
 
+def check_walls(walls, *, argument="walls"):
+    """Return walls as floats of shape (k, 2, 2), or raise `ArgumentError`.
+
+    Parameters
+    ----------
+    walls : array_like, shape (k, 2, 2), or None
+        The ends of segments, metres; None or nothing in it for none.
+    argument : str, optional
+        The argument's name, for the message.
+    """
+    try:
+        walls = np.asarray(() if walls is None else walls, dtype=float)
+    except (TypeError, ValueError) as fault:
+        raise ArgumentError(
+            f"{argument} are not numbers ({fault}); pass the two ends of each, shape (k, 2, 2)."
+        ) from fault
+    walls = walls.reshape(0, 2, 2) if walls.size == 0 else walls
+    if walls.shape[1:] != (2, 2):
+        raise ArgumentError(
+            f"{argument} has the shape {walls.shape}; pass the two ends of each, shape (k, 2, 2)."
+        )
+    sound = (np.abs(walls) <= MOST_FAR).all(axis=(1, 2))  # not so for NaN
+    if not sound.all():
+        row = int(np.flatnonzero(~sound)[0])
+        raise ArgumentError(f"{argument} row {row} is not finite, or beyond any place; mend it.")
+    return walls
+
+
+def check_grid(grid, *, argument="grid"):
+    """Return `grid` when it is a `GridMap`, or raise `ArgumentError`."""
+    if not isinstance(grid, GridMap):
+        raise ArgumentError(
+            f"{argument} is a {type(grid).__name__}; pass a GridMap, as from GridMap.over."
+        )
+    return grid
+
+
 def _check_world(points):
     """Return points as floats of shape (n, 3), on the ground if they have no third."""
     try:
@@ -391,6 +429,9 @@ def find_homography(image_points, ground_points):
 def project(homography, points):
     """Take points through a homography.
 
+    Beyond the horizon a homography shows ground that lies behind the camera.  Which side is
+    which it does not tell, as it is known up to its sign; but all points must lie on one.
+
     Parameters
     ----------
     homography : array_like, shape (3, 3)
@@ -403,7 +444,8 @@ def project(homography, points):
     Raises
     ------
     ArgumentError
-        When the matrix is not a finite, invertible 3×3, or a point falls on the horizon.
+        When the matrix is not a finite, invertible 3×3, a point falls on the horizon, or
+        some points lie on the other side of it.
     """
     matrix = check_homography(homography)
     points = check_points("points", points)
@@ -412,6 +454,14 @@ def project(homography, points):
     if (np.abs(rays[:, 2]) < 1e-12 * scale).any():
         row = int(np.flatnonzero(np.abs(rays[:, 2]) < 1e-12 * scale)[0])
         raise ArgumentError(f"points row {row} lies on the horizon, which has no ground; drop it.")
+    strays = rays[:, 2] * rays[0, 2] < 0
+    if strays.any():
+        # Those on the side of fewer points; where they are as many, not on that of the first.
+        strays = strays if 2 * np.count_nonzero(strays) <= len(strays) else ~strays
+        raise ArgumentError(
+            f"points row {np.argmax(strays)} lies beyond the horizon, on the other side of it than "
+            f"{np.count_nonzero(~strays)} of the points, and has no ground; drop such rows."
+        )
     return rays[:, :2] / rays[:, 2:]
 
 

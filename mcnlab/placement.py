@@ -21,9 +21,9 @@ from typing import Final, NamedTuple
 import numpy as np
 import pandas as pd
 
-from mcnlab.columns import TRACE, X, Y, check_columns, check_traces
+from mcnlab.columns import TRACE, X, Y, check_columns, check_traces, starts_of
 from mcnlab.errors import ArgumentError, require_choice, require_count, require_number
-from mcnlab.ground import MAP_PIXELS
+from mcnlab.ground import MAP_PIXELS, check_grid
 
 ROW: Final = "row"  # a cell's row on the grid map, 0 the lowest
 COLUMN: Final = "column"  # a cell's column, 0 the leftmost
@@ -210,14 +210,16 @@ def orientations(traces, grid, *, bridge=BRIDGE):
         When the table is not sound, no trace touches the map, or none shows a direction.
     """
     check_traces(traces)
+    check_grid(grid)
     bridge = require_number("bridge", bridge, low=0, unit="metres")
     names = traces[TRACE].to_numpy(dtype=object)
-    new = _first(names)
-    code = np.cumsum(new) - 1
+    starts = starts_of(names)
+    code = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(names)]))
+    names = names[starts]
     # In units of map pixels, from the map's corner.
     places = (traces[[X, Y]].to_numpy(float) - [grid.left, grid.bottom]) / grid.pixel
     size = np.array([grid.columns, grid.rows]) * MAP_PIXELS
-    between, at = _join(places, ~new[1:], size, bridge / grid.pixel)
+    between, at = _join(places, code[1:] == code[:-1], size, bridge / grid.pixel)
     places, code = np.concatenate([places, between]), np.r_[code, code[at]]
     on_map = ((places >= 0) & (places < size)).all(axis=1)
     if not on_map.any():
@@ -229,9 +231,9 @@ def orientations(traces, grid, *, bridge=BRIDGE):
     cell = (code[on_map] * grid.rows + row // MAP_PIXELS) * grid.columns + column // MAP_PIXELS
     pixel = row % MAP_PIXELS * MAP_PIXELS + column % MAP_PIXELS
     marked = np.sort(cell * MAP_PIXELS**2 + pixel)  # np.unique hashes, which takes longer
-    cell, pixel = np.divmod(marked[_first(marked)], MAP_PIXELS**2)
+    cell, pixel = np.divmod(marked[starts_of(marked)], MAP_PIXELS**2)
     y, x = np.divmod(pixel, MAP_PIXELS)
-    starts = np.flatnonzero(_first(cell))
+    starts = starts_of(cell)
     parts = (np.ones_like(x), x, y, x * x, y * y, x * y)
     angle, known = _principal_axis(*(np.add.reduceat(part, starts) for part in parts))
     if not known.any():
@@ -242,13 +244,7 @@ def orientations(traces, grid, *, bridge=BRIDGE):
     cell, angle = cell[starts][known], angle[known]
     code, cell = np.divmod(cell, grid.rows * grid.columns)
     row, column = np.divmod(cell, grid.columns)
-    names = names[new][code]
-    return pd.DataFrame({TRACE: names, ROW: row, COLUMN: column, ANGLE: angle})
-
-
-def _first(values):
-    """Where a value differs from the one before."""
-    return np.r_[True, values[1:] != values[:-1]]
+    return pd.DataFrame({TRACE: names[code], ROW: row, COLUMN: column, ANGLE: angle})
 
 
 def _join(places, same, size, bridge):
@@ -294,7 +290,7 @@ def histograms(angles, grid):
     TableError, ArgumentError
         When a column is missing, a cell lies outside the grid, or an angle outside [0, π).
     """
-    cell, angle = _check_angles(angles, grid.shape)
+    cell, angle = _check_angles(angles, check_grid(grid).shape)
     counts = np.bincount(cell * BINS + _bin(angle), minlength=grid.rows * grid.columns * BINS)
     return counts.reshape(*grid.shape, BINS)
 
@@ -603,7 +599,7 @@ def find_humps(
     # Rounded, so that cells as far from the middle are ordered by row, whatever the rounding.
     far = np.round(np.hypot(row - middle[0][of], column - middle[1][of]), 6)
     order = np.lexsort((column, row, far, of))
-    order = order[np.r_[True, np.diff(of[order]) > 0]]
+    order = order[starts_of(of[order])]
     order = order[np.lexsort((column[order], row[order], -surface[row, column][order]))]
     row, column = row[order], column[order]
     kept = np.empty(0, np.int64)
@@ -743,6 +739,7 @@ def place_by_votes(
     TableError, ArgumentError
         As in the steps.
     """
+    check_grid(grid)
     if angles is None:
         angles = orientations(traces, grid)
     cells = direct_cells(
@@ -763,6 +760,8 @@ def place_by_votes(
 
 def _require_directed(cells):
     """Raise unless a cell is directed; say what there is instead."""
+    if not isinstance(cells, DirectedCells):
+        raise ArgumentError(f"cells is a {type(cells).__name__}; pass what direct_cells gives.")
     if cells.directed.any():
         return
     chaos = np.count_nonzero(cells.kind == CHAOS)
@@ -793,6 +792,7 @@ def _check_mask(name, mask, shape):
 
 def _check_votes(votes, grid, forbidden):
     votes = _as_array("votes", votes)
+    check_grid(grid)
     if votes.dtype.kind not in "iuf" or votes.shape != grid.shape:
         raise ArgumentError(
             f"votes has the shape {votes.shape} of {votes.dtype}; pass numbers, one a cell of "

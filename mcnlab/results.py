@@ -112,6 +112,39 @@ def mean_by_subject(values, subjects, *, seed=0, draws=4000):
     return Estimate(float(values.mean()), float(low), float(high), len(count))
 
 
+def share_by_subject(right, subjects):
+    """A share, with Wilson's interval of as many observations as it is worth.
+
+    Answers about one subject are alike, so n of them are worth fewer: as many as would make
+    the spread between subjects a binomial one, but no fewer than there are subjects.  Where
+    all answers are alike they show no spread, and each subject counts once.
+
+    Parameters
+    ----------
+    right : array_like of bool, shape (n,)
+    subjects : array_like, shape (n,)
+
+    Returns
+    -------
+    Estimate
+        ``n`` counts subjects.
+
+    References
+    ----------
+    E. L. Korn and B. I. Graubard, Survey Methodology 24, 1998: effective sample sizes.
+    """
+    right, codes = _by_subject(right, subjects)
+    if not np.isin(right, (0.0, 1.0)).all():
+        raise ArgumentError("right must hold True or False, one an answer.")
+    share, count = right.mean(), np.bincount(codes)
+    subjects = len(count)
+    apart = np.bincount(codes, right) - share * count
+    spread = (apart**2).sum() / len(right) ** 2 * subjects / max(subjects - 1, 1)
+    worth = share * (1 - share) / spread if spread > 0 else 0.0
+    worth = round(min(max(worth, subjects), len(right)))
+    return Estimate(float(share), *wilson_interval(float(share), worth), subjects)
+
+
 def median_by_subject(values, subjects, *, seed=0, draws=1000):
     """A median, with a bootstrap interval that draws whole subjects; see `mean_by_subject`."""
     values, codes = _by_subject(values, subjects)

@@ -1,17 +1,17 @@
 """How ways of choosing camera places are judged: on walks that the choice did not see.
 
-Walkers are split in two halves at random.  Every method chooses from one half, and the
-other half tells what its cameras see square-on; then the halves change places, so that
-every walker is judged once, by a choice that did not know him.
+People are split in two halves at random.  Every method chooses from one half, and the other
+half tells what its cameras see square-on; then the halves change places, so that everybody is
+judged by a choice that did not know him.  That is done for several splits.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from mcnlab import control, coverage, covering, placement
-from mcnlab.columns import TRACE, X, Y
+from mcnlab.columns import TRACE, X, Y, check_columns
 from mcnlab.errors import ArgumentError, require_choice, require_count, require_number
 from mcnlab.ground import GridMap, check_area
 from mcnlab.results import Estimate, mean_by_subject
@@ -19,6 +19,8 @@ from mcnlab.results import Estimate, mean_by_subject
 METHODS = ("votes", "area", "random", "greedy", "swaps", "exact")
 MOST_PLACES = 1500  # candidate places of a scene; a larger one gets larger cells
 DRAWS = 200  # of cameras at random
+SPLITS = 5  # of the people in halves
+FAR = 1000.0  # metres; as good as endless
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +111,7 @@ def no_floor(scene, grid):
     return ((x > left) & (x < right) & (y > bottom) & (y < top)).any(axis=0)
 
 
-def choose_cameras(site, method, n, *, seed=0, time_limit=60.0):
+def choose_cameras(site, method, n, *, seed=0, time_limit=60.0, weights="cells"):
     """Choose n cameras of a site by one method.
 
     Parameters
@@ -124,6 +126,8 @@ def choose_cameras(site, method, n, *, seed=0, time_limit=60.0):
         Of the random draw.
     time_limit : float, optional
         Seconds for the proof of "exact"; after it the best so far is returned.
+    weights : {"cells", "traces"}, optional
+        Of votes, as in `placement.vote`.
 
     Returns
     -------
@@ -136,7 +140,7 @@ def choose_cameras(site, method, n, *, seed=0, time_limit=60.0):
     n = require_count("n", n, low=1)
     if method == "votes":
         voted = placement.place_by_votes(
-            site.scene.traces, site.grid, n=n, forbidden=site.forbidden
+            site.scene.traces, site.grid, n=n, forbidden=site.forbidden, weights=weights
         ).places
         places = voted[[X, Y]].to_numpy()
         aimed = coverage.aim_cameras(
@@ -173,14 +177,17 @@ def _spread(cameras, seen, chosen, n):
 
 def judge_cameras(cameras, targets, *, model, walls=None, folds=1):
     """Which walker-seconds a set of cameras sees square-on, shape (targets,)."""
+    folds = require_count("folds", folds, low=1)
     if len(cameras) == 0:
         return np.zeros(len(targets), bool)
     served = coverage.square_on(targets, cameras, model, walls=walls)
     return np.count_nonzero(served, axis=1) >= folds
 
 
-def compare_methods(scene, *, n, model, grid=None, methods=METHODS, forbidden=None, seed=0):
-    """Let every method choose from one half of the walkers, and judge it on the other.
+def compare_methods(
+    scene, *, n, model, grid=None, methods=METHODS, forbidden=None, splits=SPLITS, seed=0
+):
+    """Let every method choose from one half of the people, and judge it on the other.
 
     Parameters
     ----------
@@ -191,62 +198,70 @@ def compare_methods(scene, *, n, model, grid=None, methods=METHODS, forbidden=No
     grid : GridMap, optional
     methods : sequence of str, optional
     forbidden : ndarray of bool, optional
+    splits : int, optional
+        How often the people are split anew; a person's score is the mean over them.
     seed : int, optional
-        Of the split and of the random draws.
+        Of the first split and of the random draws.
 
     Returns
     -------
     shares : pandas.DataFrame
         One row a method: ``scene, method``; ``share, low, high, n``, of the held-out
-        walker-seconds seen square-on, with a bootstrap interval over the `n` walkers;
-        ``fitted``, the share on the walks it chose from, mean of the halves; ``gap``, the
-        larger of the two optimality gaps (exact only).
+        walker-seconds seen square-on, with a bootstrap interval over the `n` people (the
+        places are not chosen anew in each draw); ``fitted``, the share on the walks it
+        chose from; ``gap``, the largest optimality gap (0 but for "exact").
     seconds : pandas.DataFrame
-        One row a held-out walker-second: ``trace, half`` and a column of shares a method
-        (0 or 1; for random draws the mean over the draws).
+        One row a held-out walker-second and split: ``person, split, half`` and a column
+        of shares a method (0 or 1; for random draws the mean over the draws).
 
     Raises
     ------
     ArgumentError
-        When there is one walker only, or nobody moves in one half.
+        When there is one person only, nobody moves in one half, or no method is named.
     """
+    if len(methods) == 0:
+        raise ArgumentError("methods is empty; pass at least one.")
+    splits = require_count("splits", splits, low=1)
     grid = grid_over(scene.area) if grid is None else grid
-    halves = scene.split(seed=seed)
-    sites = [prepare_site(half, model=model, grid=grid, forbidden=forbidden) for half in halves]
-    held, fitted, gaps = [], {method: [] for method in methods}, {}
-    for number, (site, other) in enumerate(zip(sites, sites[::-1], strict=True)):
-        table = pd.DataFrame({TRACE: other.targets[TRACE].to_numpy(), "half": number})
-        for method in methods:
-            if method == "random":
-                draws = covering.choose_random(site.served, n, draws=DRAWS, seed=seed)
-                seen = np.stack([covering.covered(other.served, row) for row in draws.cameras])
-                table[method] = seen.mean(axis=0)
-                fitted[method].append(draws.share)
-                continue
-            cameras, choice = choose_cameras(site, method, n, seed=seed)
-            judge = {"model": model, "walls": scene.walls}
-            table[method] = judge_cameras(cameras, other.targets, **judge).astype(float)
-            fitted[method].append(judge_cameras(cameras, site.targets, **judge).mean())
-            if method == "exact":
-                gaps[method] = max(gaps.get(method, 0.0), choice.gap)
-        held.append(table)
+    fitted, gap = {method: [] for method in methods}, dict.fromkeys(methods, 0.0)
+    held = []
+    for split in range(splits):
+        halves = scene.split(seed=seed + split)
+        sites = [prepare_site(one, model=model, grid=grid, forbidden=forbidden) for one in halves]
+        for half, (site, other) in enumerate(zip(sites, sites[::-1], strict=True)):
+            person = scene.who(other.targets[TRACE])
+            table = pd.DataFrame({"person": person, "split": split, "half": half})
+            for method in methods:
+                table[method], mean, loose = _choose_and_judge(site, other, method, n, seed)
+                fitted[method].append(mean)
+                gap[method] = max(gap[method], loose)
+            held.append(table)
     seconds = pd.concat(held, ignore_index=True)
     rows = []
     for method in methods:
-        share = mean_by_subject(seconds[method], seconds[TRACE], seed=seed)
-        rows.append(
-            {
-                "scene": scene.name,
-                "method": method,
-                **share._asdict(),
-                "fitted": float(np.mean(fitted[method])),
-                "gap": gaps.get(method),
-            }
-        )
+        share = mean_by_subject(seconds[method], seconds["person"], seed=seed)
+        mean = float(np.mean(fitted[method]))
+        names = {"scene": scene.name, "method": method}
+        rows.append({**names, **share._asdict(), "fitted": mean, "gap": gap[method]})
     return pd.DataFrame(rows).rename(columns={"value": "share"}), seconds
 
 
-def compare_scenes(scenes, *, n, model, methods=METHODS, seed=0, n_jobs=-1):
+def _choose_and_judge(site, other, method, n, seed):
+    """Shares of another site's walker-seconds, the mean of its own, and the optimality gap."""
+    if method == "random":
+        draws = covering.choose_random(site.served, n, draws=DRAWS, seed=seed)
+        seen = [covering.covered(other.served, row) for row in draws.cameras]
+        return np.mean(seen, axis=0), draws.share, 0.0
+    cameras, choice = choose_cameras(site, method, n, seed=seed)
+    own, others = (
+        judge_cameras(cameras, one.targets, model=site.model, walls=site.scene.walls)
+        for one in (site, other)
+    )
+    gap = choice.gap if method == "exact" else 0.0
+    return others.astype(float), float(own.mean()), gap
+
+
+def compare_scenes(scenes, *, n, model, methods=METHODS, most=MOST_PLACES, seed=0, n_jobs=-1):
     """`compare_methods` on every scene, and the price of voting.
 
     Parameters
@@ -254,6 +269,8 @@ def compare_scenes(scenes, *, n, model, methods=METHODS, seed=0, n_jobs=-1):
     scenes : sequence of Scene
     n, model, methods, seed
         As in `compare_methods`.
+    most : int, optional
+        Candidate places of a scene.
     n_jobs : int, optional
         Scenes at a time, as joblib counts.
 
@@ -263,20 +280,85 @@ def compare_scenes(scenes, *, n, model, methods=METHODS, seed=0, n_jobs=-1):
         As in `compare_methods`, the scenes one after another.
     price : dict of str to Estimate
         Scene → what the exact choice sees more than the voted one, as a share of the
-        held-out walker-seconds; the interval is over walkers.
+        held-out walker-seconds; the interval is over people.
+
+    Raises
+    ------
+    ArgumentError
+        As in `compare_methods`, and when there is no scene.
     """
     from joblib import Parallel, delayed
 
     if len(scenes) == 0:
         raise ArgumentError("scenes is empty; pass at least one.")
     options = {"n": n, "model": model, "methods": methods, "seed": seed}
-    found = Parallel(n_jobs=n_jobs)(delayed(compare_methods)(scene, **options) for scene in scenes)
+    found = Parallel(n_jobs=n_jobs)(
+        delayed(compare_methods)(scene, grid=grid_over(scene.area, most=most), **options)
+        for scene in scenes
+    )
     price = {}
     if {"exact", "votes"} <= set(methods):
         for scene, (_, seconds) in zip(scenes, found, strict=True):
             more = seconds["exact"] - seconds["votes"]
-            price[scene.name] = mean_by_subject(more, seconds[TRACE], seed=seed)
+            price[scene.name] = mean_by_subject(more, seconds["person"], seed=seed)
     return pd.concat([shares for shares, _ in found], ignore_index=True), price
+
+
+def explain_price(scene, *, n, model, grid=None):
+    """What the price of voting is made of: take away one difficulty after another.
+
+    Parameters
+    ----------
+    scene : Scene
+    n, model, grid
+        As in `compare_methods`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a change: ``votes, exact, price``, shares of the walks they chose from.
+    """
+    open_scene = replace(scene, walls=None)
+    changes = {
+        "as it is": (scene, model, {}),
+        "no blind spot near the camera": (scene, replace(model, near=0.0), {}),
+        "endless reach": (scene, replace(model, reach=FAR), {}),
+        "walls block no sight": (open_scene, model, {}),
+        "a vote a walk, not a cell": (scene, model, {"weights": "traces"}),
+    }
+    rows = {}
+    for name, (place, changed, options) in changes.items():
+        site = prepare_site(place, model=changed, grid=grid)
+        row = {}
+        for method in ("votes", "exact"):
+            given = options if method == "votes" else {}
+            cameras, _ = choose_cameras(site, method, n, **given)
+            judged = judge_cameras(cameras, site.targets, model=changed, walls=place.walls)
+            row[method] = judged.mean()
+        rows[name] = {**row, "price": row["exact"] - row["votes"]}
+    return pd.DataFrame.from_dict(rows, orient="index")
+
+
+def hump_error(humps, best_places):
+    """The farthest that any of the best places is from its nearest hump, metres."""
+    apart = humps[[X, Y]].to_numpy()[:, None] - np.asarray(best_places, float)[None]
+    return float(np.linalg.norm(apart, axis=2).min(axis=0).max())
+
+
+def shifted_grids(grid, *, steps=4):
+    """The same cells, shifted by parts of a cell in x and y: steps² grids that cover it all."""
+    steps = require_count("steps", steps, low=1)
+    return [
+        GridMap(
+            grid.left - across * grid.cell / steps,
+            grid.bottom - up * grid.cell / steps,
+            grid.rows + (up > 0),
+            grid.columns + (across > 0),
+            grid.cell,
+        )
+        for across in range(steps)
+        for up in range(steps)
+    ]
 
 
 def shares_by_number(
@@ -285,7 +367,7 @@ def shares_by_number(
     """Held-out shares as the number of cameras grows, one row a number and method."""
     from joblib import Parallel, delayed
 
-    options = {"model": model, "grid": grid, "methods": methods}
+    options = {"model": model, "grid": grid, "methods": methods, "splits": 1}
     if len(numbers) == 0:
         raise ArgumentError("numbers is empty; pass at least one number of cameras.")
     found = Parallel(n_jobs=n_jobs)(
@@ -299,11 +381,6 @@ def estimate_of(row):
     """The estimate in one row of shares."""
     low, high = (None if pd.isna(row[key]) else row[key] for key in ("low", "high"))
     return Estimate(row["share"], low, high, int(row["n"]))
-
-
-def mean_price(price):
-    """The mean price over scenes, with a bootstrap interval that draws scenes."""
-    return mean_by_subject([one.value for one in price.values()], list(price))
 
 
 def plan_of(site, choice, *, folds=1):
@@ -350,6 +427,7 @@ def slaves_at(cameras, *, model, field_of_view=30.0, pan_limit=90.0):
     pan_limit : float, optional
         Degrees a second.
     """
+    check_columns(cameras, (X, Y), argument="cameras")
     sees = {"near": model.near, "reach": model.reach}
     return [
         control.PanTilt(x, y, field_of_view=field_of_view, pan_limit=pan_limit, **sees)

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mcnlab.errors import ArgumentError, require_count, require_number
+from mcnlab.ground import HAIR
 
-HAIR = 1e-9  # relative; nearer than this to an edge is on it
 FEW = 8  # cameras; up to so many, branch and bound of our own is faster than HiGHS
 RESTARTS = 20  # of the search by swaps
 
@@ -104,7 +104,7 @@ def _merge(problem, price=None):
     return merged, price
 
 
-def reduce(problem):
+def strike_off(problem):
     """Without cameras that others can stand in for: the optimum stays the same.
 
     A camera is dominated by one that serves the same targets, costs no more, and is not
@@ -242,8 +242,11 @@ def maximise(problem, found, time_limit, goal=0.0):
     Choices worth less than `goal` are of no interest; the search ends with one that
     reaches it.  The bound is then that of choices that reach it.
     """
-    if len(problem.columns) <= problem.most and not np.isfinite(problem.budget):
-        return list(range(len(problem.columns))), float(problem.weights.sum())
+    everyone, everything = list(range(len(problem.columns))), float(problem.weights.sum())
+    if value_of(problem, found) == everything:
+        return found, everything
+    if len(everyone) <= problem.most and not np.isfinite(problem.budget):
+        return everyone, everything
     end = perf_counter() + time_limit
     root = _relax(problem, time_limit)
     if root is None:  # not even the relaxation was solved in time
@@ -486,7 +489,7 @@ def trim(problem, chosen, goal):
     if value_of(problem, chosen) < goal:  # greedy for several folds may stop early
         chosen = list(range(len(problem.columns)))
     else:
-        while value_of(problem, chosen[:-1]) >= goal:
+        while chosen and value_of(problem, chosen[:-1]) >= goal:
             chosen = chosen[:-1]
     for camera in sorted(chosen, key=lambda camera: -problem.costs[camera]):
         rest = [other for other in chosen if other != camera]
@@ -504,7 +507,7 @@ def minimise(problem, found, goal, time_limit):
     equal = np.ptp(problem.costs) == 0
     # With one fold and equal costs, one camera less at a time, while that reaches the goal.
     while equal and problem.folds == 1 and 1 < len(found) <= FEW + 1:
-        fewer = reduce(problem._replace(most=len(found) - 1))
+        fewer = strike_off(problem._replace(most=len(found) - 1))
         local = search_by_swaps(fewer)
         bound = np.inf
         if value_of(fewer, local) < goal:

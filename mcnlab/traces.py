@@ -25,11 +25,13 @@ from mcnlab.columns import (
     Y,
     check_columns,
     check_traces,
+    starts_of,
 )
 from mcnlab.errors import ArgumentError, TableError, require_number
 from mcnlab.feet import (
     BACKGROUND,
     COARSEST,
+    check_mask_options,
     detect_feet,
     learn_height,
     moving_masks,
@@ -139,7 +141,7 @@ def _associate(frame, places, *, gate, most_gap, noise, kick, pace):
     name, last = np.empty(0, int), np.empty(0, int)
     state, spread = np.empty((0, 2, 2)), np.empty((0, 2, 2))
     names = 0
-    starts = np.flatnonzero(np.r_[True, frame[1:] != frame[:-1]])
+    starts = starts_of(frame)
     for start, stop in zip(starts, np.r_[starts[1:], len(frame)], strict=True):
         now = frame[start]
         kept = now - last - 1 <= most_gap
@@ -275,7 +277,8 @@ def trace_video(
     coarsest : float, optional
         Metres on the ground a pixel, beyond which a place is too far away.
     mask_options : dict, optional
-        For `background_masks` or `flow_masks`, such as ``{"speed": 0.8}``.
+        For `background_masks` or `flow_masks`, such as ``{"speed": 0.8}``; one that the
+        method does not have is refused.
     **options
         For `link`: gate, most_gap, shortest, noise, acceleration.
 
@@ -291,7 +294,13 @@ def trace_video(
     ArgumentError, DatasetError, TableError
         As the steps do.
     """
-    mask_options = mask_options or {}
+    mask_options = {} if mask_options is None else mask_options
+    if not isinstance(mask_options, dict):
+        raise ArgumentError(
+            f"mask_options is a {type(mask_options).__name__}; pass a dict, such as "
+            "{'speed': 0.8}."
+        )
+    check_mask_options(method, mask_options)
     masks = moving_masks(video, method=method, **mask_options)
     widths = trunk_widths((video.height, video.width), to_ground, coarsest=coarsest)
     if height is None:
@@ -313,7 +322,8 @@ class TraceScore:
         The true feet: ``trace, frame, x, y``, ``found`` (bool) and ``error`` (metres; the
         radius where not found).
     points : pandas.DataFrame
-        The trace points, in the same columns with ``matched`` for ``found``.
+        The trace points, in the same columns with ``matched`` for ``found``, and
+        ``whose``: the true trace it is paired with, "" where there is none.
     """
 
     radius: float
@@ -376,6 +386,8 @@ def score_traces(traces, truth, *, radius=1.0):
     points = points.reset_index(drop=True)
     feet_at, points_at = (table.groupby(FRAME).indices for table in (feet, points))
     foot_error, point_error = np.full(len(feet), np.inf), np.full(len(points), np.inf)
+    whose = np.full(len(points), "", dtype=object)
+    names = feet[TRACE].to_numpy(dtype=object)
     foot_place, point_place = feet[[X, Y]].to_numpy(float), points[[X, Y]].to_numpy(float)
     for frame in sorted(feet_at.keys() & points_at.keys()):
         ours, theirs = points_at[frame], feet_at[frame]
@@ -383,6 +395,9 @@ def score_traces(traces, truth, *, radius=1.0):
         barred = radius * (1 + min(distance.shape))
         i, j = linear_sum_assignment(np.where(distance <= radius, distance, barred))
         point_error[ours[i]] = foot_error[theirs[j]] = distance[i, j]
+        near = distance[i, j] <= radius
+        whose[ours[i[near]]] = names[theirs[j[near]]]
     feet["found"], points["matched"] = foot_error <= radius, point_error <= radius
     feet["error"], points["error"] = np.minimum(foot_error, radius), np.minimum(point_error, radius)
+    points["whose"] = whose
     return TraceScore(radius, feet, points)

@@ -132,6 +132,15 @@ def test_split_sequences_gives_each_walk_its_rows(make_boxes):
     assert found == [("b", slice(0, 2)), ("a", slice(2, 5))]
 
 
+@pytest.mark.parametrize(
+    ("names", "starts"),
+    [("", []), ("a", [0]), ("aab", [0, 2]), ("abba", [0, 1, 3])],
+)
+def test_a_name_starts_where_it_differs_from_the_one_before(names, starts):
+    assert columns.starts_of(np.array(list(names), dtype=object)).tolist() == starts
+    assert columns.starts_of(np.array([ord(name) for name in names])).tolist() == starts
+
+
 @pytest.mark.parametrize("last", [10**12, 1e300])
 def test_a_frame_number_far_off_is_refused(make_boxes, last):
     with pytest.raises(TableError, match="frame"):

@@ -194,8 +194,15 @@ def test_both_tables_tell_the_same_story(seed):
     numbers = watch.table.select_dtypes("number").to_numpy()
     assert np.isfinite(numbers).all()
     assert np.isfinite(watch.summary.to_numpy()).all()
+    summary = watch.summary
     states = [f"{name}_s" for name in STATES]
-    assert watch.summary[states].sum() == pytest.approx(watch.summary["walker_s"])
+    assert summary[states].sum() == pytest.approx(summary["walker_s"])
+    could = summary["walker_s"] - summary["unseen_s"]
+    for name in ("watched", "waking", "turning", "lagging"):
+        assert summary[f"{name}_share"] * could == pytest.approx(summary[f"{name}_s"])
+    assert summary["lost_share"] == pytest.approx(
+        summary["turning_share"] + summary["lagging_share"]
+    )
 
 
 def test_who_is_out_of_reach_wakes_nobody():
@@ -205,6 +212,7 @@ def test_who_is_out_of_reach_wakes_nobody():
     assert watch.hand_overs.tolist() == [0]
     assert watch.summary["unseen_s"] == watch.summary["walker_s"]
     assert watch.summary["watched_share"] == watch.summary["needed_most"] == 0
+    assert watch.summary["waking_share"] == watch.summary["lost_share"] == 0
     assert (watch.walkers["off_square"] == 90).all()
 
 
@@ -216,7 +224,8 @@ def test_turning_to_a_new_walker_is_told_from_lagging_behind_an_old_one():
     camera = PanTilt(0, 0, field_of_view=30, wake_time=0, pan=60)
     summary = simulate(table, [camera], frame_rate=RATE).summary
     assert summary["turning_s"] == pytest.approx(1.75, abs=1.01 / RATE)
-    assert summary["lagging_s"] == 0
+    assert summary["turning_share"] == pytest.approx(summary["turning_s"] * RATE / len(table))
+    assert summary["lagging_share"] == summary["waking_share"] == 0
 
 
 def test_waking_takes_its_time():

@@ -286,6 +286,22 @@ def test_bad_points_tables_and_walls_are_refused():
         sees([[0, 0]], camera(0, 0).drop(columns="heading"), FIXED)
     with pytest.raises(TableError, match="course"):
         square_on(target(0, 0, 0).drop(columns="course"), camera(0, 0), FIXED)
-    for walls in ([[0, 1]], [[[0, 0], [np.nan, 1]]], "wall"):
+    for walls in ([[0, 1]], [[[0, 0], [np.nan, 1]]], [[[0, 0], [1, 1]], [[0, 0]]], "wall"):
         with pytest.raises(ArgumentError, match="walls"):
             sees([[0, 0]], camera(0, 0), FIXED, walls=walls)
+
+
+def test_within_reach_has_its_edges_and_not_the_place_itself():
+    away = np.array([0.0, 0.999, 1.0, 5.0, 12.0, 12.001])
+    assert coverage.within_reach(away, 1.0, 12.0).tolist() == [
+        False,
+        False,
+        True,
+        True,
+        True,
+        False,
+    ]
+    assert coverage.within_reach(away, 0.0, [[5.0], [12.0]]).tolist() == [
+        [False, True, True, True, False, False],
+        [False, True, True, True, True, False],
+    ]

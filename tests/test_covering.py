@@ -19,7 +19,6 @@ from mcnlab.covering import (
     choose_with_swaps,
     covered,
     fewest_for_share,
-    share_served,
 )
 from mcnlab.errors import ArgumentError
 from mcnlab.ground import GridMap
@@ -74,6 +73,12 @@ def possible(served, weights, folds):
     return (weights[served.sum(axis=1) >= folds] > 0).any()
 
 
+def share_of(served, cameras, *, weights=None, folds=1):
+    """The share of the targets' weight that the cameras serve."""
+    weights = np.ones(len(served)) if weights is None else np.asarray(weights)
+    return weights[covered(served, list(cameras), folds=folds)].sum() / weights.sum()
+
+
 def subsets(m, most):
     return (subset for k in range(1, most + 1) for subset in combinations(range(m), k))
 
@@ -81,7 +86,7 @@ def subsets(m, most):
 def best_of(served, weights, most, folds, costs=None, budget=np.inf):
     costs = np.ones(served.shape[1]) if costs is None else costs
     return max(
-        share_served(served, subset, weights=weights, folds=folds)
+        share_of(served, subset, weights=weights, folds=folds)
         for subset in subsets(served.shape[1], most)
         if costs[list(subset)].sum() <= budget * (1 + 1e-9)
     )
@@ -109,9 +114,48 @@ def test_exact_is_the_best_of_all_subsets(instance):
         assert greedy.share >= (1 - 1 / np.e) * best - 1e-9
     for choice in (exact, swaps, greedy):
         assert len(choice.cameras) <= most
-        assert choice.share == pytest.approx(share_served(served, choice.cameras, **options))
+        assert choice.share == pytest.approx(share_of(served, choice.cameras, **options))
         assert choice.gap == pytest.approx(choice.bound - choice.share, abs=1e-8)
         assert choice.bound >= best - 2e-7
+
+
+@pytest.mark.parametrize("choose", [choose_exact, choose_with_swaps])
+@given(instance=instances(), data=st.data())
+@settings(max_examples=60)
+def test_without_any_of_the_chosen_less_is_served(choose, instance, data):
+    served, weights, most, folds = instance
+    if not possible(served, weights, folds):
+        return
+    costs = data.draw(
+        st.one_of(st.none(), arrays(float, served.shape[1], elements=st.integers(1, 5)))
+    )
+    budget = None if costs is None else float(costs.sum())
+    options = {"weights": weights, "folds": folds}
+    choice = choose(served, most, costs=costs, budget=budget, **options)
+    for camera in choice.cameras:
+        rest = [other for other in choice.cameras if other != camera]
+        assert share_of(served, rest, **options) < choice.share
+
+
+@pytest.mark.parametrize("n", [7, 13])
+def test_more_cameras_than_are_useful_are_not_taken(n):
+    # Seven cameras serve ten targets each; six more serve some of two of them each:
+    # none stands in for another, and the seven serve all.
+    served = np.zeros((70, 13), bool)
+    served[np.arange(70), np.arange(70) // 10] = True
+    for k in range(6):
+        served[[10 * k, 10 * k + 10, 10 * k + 11], 7 + k] = True
+    choice = choose_exact(served, n)
+    assert (choice.share, choice.cost, choice.proven) == (1.0, 7.0, True)
+    assert sorted(choice.cameras) == list(range(7))
+    assert sorted(choose_with_swaps(served, n).cameras) == list(range(7))
+
+
+@pytest.mark.parametrize("choose", [choose_exact, choose_with_swaps])
+def test_a_budget_that_serves_nothing_buys_nothing(choose):
+    # Only the two dear cameras together serve the target twice.
+    choice = choose(np.array([[1, 1, 0, 0]], bool), costs=[3, 3, 1, 1], budget=4, folds=2)
+    assert (list(choice.cameras), choice.share, choice.cost) == ([], 0.0, 0.0)
 
 
 @given(instances(), st.data())
@@ -152,14 +196,14 @@ def test_the_fewest_are_the_cheapest_subset_that_reaches_the_share(instance, dat
     costs = data.draw(
         st.one_of(st.none(), arrays(float, served.shape[1], elements=st.integers(1, 4)))
     )
-    reachable = share_served(served, range(served.shape[1]), weights=weights, folds=folds)
+    reachable = share_of(served, range(served.shape[1]), weights=weights, folds=folds)
     share = data.draw(st.floats(0.2, 1.0)) * reachable
     choice = fewest_for_share(served, share, weights=weights, folds=folds, costs=costs)
     prices = np.ones(served.shape[1]) if costs is None else costs
     least = min(
         prices[list(subset)].sum()
         for subset in subsets(served.shape[1], served.shape[1])
-        if share_served(served, subset, weights=weights, folds=folds) >= share * (1 - 1e-7)
+        if share_of(served, subset, weights=weights, folds=folds) >= share * (1 - 1e-7)
     )
     assert choice.share >= share * (1 - 1e-7)
     assert choice.cost == pytest.approx(least)
@@ -236,7 +280,7 @@ def test_random_draws_are_repeatable_and_fair():
     draws = choose_random(served, 3, draws=400)
     assert draws.cameras.shape == (400, 3)
     assert (np.diff(draws.cameras, axis=1) > 0).all()
-    assert draws.shares[7] == pytest.approx(share_served(served, draws.cameras[7]))
+    assert draws.shares[7] == pytest.approx(share_of(served, draws.cameras[7]))
     assert (draws.shares == choose_random(served, 3, draws=400).shares).all()
     assert draws.spread[0] < draws.share < draws.spread[1] < choose_exact(served, 3).share
     # Served by none of three of m cameras: the product of the chances of missing them.
@@ -250,8 +294,9 @@ def test_random_draws_are_repeatable_and_fair():
 def test_folds_ask_for_several_cameras():
     served = np.array([[1, 1, 0], [1, 0, 1], [1, 1, 1]], dtype=bool)
     assert list(covered(served, [0, 1], folds=2)) == [True, False, True]
-    assert share_served(served, [0, 1], folds=2, weights=[1, 2, 1]) == 0.5
-    assert share_served(served, []) == 0.0
+    assert not covered(served, []).any()
+    choice = choose_exact(served, 2, folds=2, weights=[1, 2, 1])
+    assert (choice.share, choice.proven) == (0.75, True)  # the first and last, by cameras 0 and 2
 
 
 CHOOSERS = [choose_greedy, choose_with_swaps, choose_exact, choose_random]

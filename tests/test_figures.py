@@ -381,10 +381,15 @@ def test_view_angles_are_drawn_with_intervals():
             "high": [0.1, 0.7, 1.0],
         }
     )
-    tables = [table, table.assign(share=table["share"] / 2), table.assign(peak=table["peak"] / 2)]
+    tables = [
+        table,
+        table.assign(share=table["share"] / 2),
+        table.assign(share=table["share"] / 3),
+        table.assign(peak=table["peak"] / 2),
+    ]
     left, right = figures.draw("view-angle", *tables).axes
     for ax, value, low in ((left, "peak", "peak_low"), (right, "share", "low")):
-        assert segments(ax) == [3, 3, 3]
+        assert segments(ax) == [3, 3, 3, 3]
         for one, line, rise in zip(tables, ax.lines, ax.collections, strict=True):
             np.testing.assert_array_equal(line.get_xdata(), one["angle"])
             np.testing.assert_array_equal(line.get_ydata(), one[value])

@@ -392,6 +392,18 @@ def test_a_peak_that_is_never_lost_is_refused():
         half_peak_angle(table.iloc[:0])
 
 
+@pytest.mark.parametrize("name", ["angle", "peak"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("row", range(4))
+def test_a_peak_or_an_angle_that_is_not_finite_is_refused(name, value, row):
+    table = pd.DataFrame({"angle": [0.0, 30.0, 60.0, 90.0], "peak": [0.1, 0.2, 0.6, 0.8]})
+    table.loc[row, name] = value
+    with pytest.raises(TableError, match=f"row {row} .*not finite"):
+        half_peak_angle(table)
+    with pytest.raises(TableError, match=f"text or objects in {name}"):
+        half_peak_angle(table.astype({name: object}))
+
+
 @pytest.mark.parametrize(
     ("curve", "options", "word"),
     [

@@ -15,7 +15,14 @@ from mcnlab.datasets.pedestrians import (
     read_tsai,
 )
 from mcnlab.errors import ArgumentError
-from mcnlab.ground import GridMap, TsaiCamera, find_homography, project
+from mcnlab.ground import (
+    GridMap,
+    TsaiCamera,
+    check_grid,
+    check_walls,
+    find_homography,
+    project,
+)
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
 # How far a homography may be from affine and keep the unit square in front: p, q > −½ each.
@@ -132,6 +139,71 @@ def test_a_matrix_that_is_no_homography_is_refused(matrix):
 def test_a_point_on_the_horizon_has_no_ground():
     with pytest.raises(ArgumentError, match="row 1 lies on the horizon"):
         project([[1, 0, 0], [0, 1, 0], [0, 1, -1]], [[0, 0], [5, 1]])
+
+
+@given(homographies(), arrays(float, (9, 2), elements=st.floats(0, 1)), st.sampled_from([-1, 1e-5]))
+def test_a_homography_may_have_any_sign_and_scale(matrix, points, factor):
+    assert project(factor * matrix, points) == pytest.approx(project(matrix, points), rel=1e-9)
+
+
+HORIZON_IN_ROW_40 = np.array([[5, 0, -800.0], [0, 0, 500], [0, 1, -40]])
+
+
+@pytest.mark.parametrize(
+    ("rows", "stray"),
+    [([50, 60, 30], 2), ([30, 50, 60], 0), ([10, 50, 20, 30], 1), ([50, 30], 1), ([30, 50], 1)],
+)
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_points_on_both_sides_of_the_horizon_are_refused(rows, stray, sign):
+    points = np.c_[np.full(len(rows), 100.0), rows]
+    with pytest.raises(ArgumentError, match=f"points row {stray} lies beyond the horizon"):
+        project(sign * HORIZON_IN_ROW_40, points)
+    for side in (points[points[:, 1] > 40], points[points[:, 1] < 40]):
+        assert np.isfinite(project(sign * HORIZON_IN_ROW_40, side)).all()
+
+
+@given(arrays(float, (20, 2), elements=st.floats(-1, 1)))
+def test_the_image_of_the_floor_is_taken_back_to_it(camera, shares):
+    # Metres on the floor in front of the camera that is fixed below, seen without distortion.
+    floor = np.array([0, 8]) + shares * [4, 5]
+    ideal = TsaiCamera(8.0, 0.0, camera.centre, 1.0, camera.pitch, camera.turn, camera.shift)
+    corners = np.array([[-4, 3], [4, 3], [4, 13], [-4, 13.0]])
+    to_ground = find_homography(ideal.to_image(corners), corners)
+    assert project(to_ground, ideal.to_image(floor)) == pytest.approx(floor, abs=1e-6)
+
+
+def test_walls_come_back_as_segments():
+    wall = [[0, 0], [1, 2]]
+    for none in (None, [], (), np.empty((0, 2, 2)), np.empty(0)):
+        assert check_walls(none).shape == (0, 2, 2)
+    assert check_walls([wall, wall]).tolist() == [wall, wall]
+    assert check_walls([wall]).dtype == float
+
+
+@pytest.mark.parametrize(
+    ("walls", "words"),
+    [
+        ([[0, 1]], "shape"),
+        (3.0, "shape"),
+        ([[0, 0, 1, 2]], "shape"),
+        ([[[0, 0], [1, 2]], [[0, 0]]], "not numbers"),
+        ([[["a", "b"], ["c", "d"]]], "not numbers"),
+        ("wall", "not numbers"),
+        ({"wall": 1}, "not numbers"),
+        ([[[0, 0], [1, 2]], [[0, np.nan], [1, 2]]], "row 1 is not finite"),
+        ([[[0, 0], [np.inf, 2]]], "row 0 is not finite"),
+        ([[[0, 0], [1e300, 2]]], "row 0 is not finite"),
+    ],
+)
+def test_walls_that_are_none_are_refused(walls, words):
+    with pytest.raises(ArgumentError, match=f"edges .*{words}"):
+        check_walls(walls, argument="edges")
+
+
+@pytest.mark.parametrize("grid", [None, (0, 0, 1, 1), np.zeros((3, 3)), GridMap])
+def test_what_is_no_grid_is_refused(grid):
+    with pytest.raises(ArgumentError, match=r"map is a .*; pass a GridMap"):
+        check_grid(grid, argument="map")
 
 
 @given(

@@ -721,3 +721,25 @@ def test_a_crowd_going_every_way_is_refused():
     walks = table(*(straight(k * BIN) for k in range(BINS)))
     with pytest.raises(ArgumentError, match="chaos"):
         place_by_votes(walks, ONE_CELL)
+
+
+@pytest.mark.parametrize("grid", [None, (5, 5), np.zeros((3, 3)), {"rows": 3}])
+def test_what_is_no_grid_is_refused(grid):
+    walks = table(straight(0))
+    angles = orientations(walks, ONE_CELL)
+    for call in (
+        lambda: place_by_votes(walks, grid),
+        lambda: place_by_votes(None, grid, angles=angles),
+        lambda: orientations(walks, grid),
+        lambda: histograms(angles, grid),
+        lambda: find_humps([[1, 2]], grid),
+        lambda: choose_places([[1, 2]], grid, 1),
+    ):
+        with pytest.raises(ArgumentError, match=r"grid is a .*; pass a GridMap"):
+            call()
+
+
+@pytest.mark.parametrize("call", [vote, grow_band, path_band])
+def test_what_is_no_cells_is_refused(call):
+    with pytest.raises(ArgumentError, match="cells is a ndarray; pass what direct_cells gives"):
+        call(np.zeros((3, 3)))

@@ -18,6 +18,8 @@ from mcnlab.results import (
     accuracy,
     mean_by_subject,
     median_by_subject,
+    share_by_subject,
+    share_of,
     wilson_interval,
 )
 
@@ -297,3 +299,28 @@ def test_a_checksum_covers_names_order_and_content(tmp_path):
     assert sha256_of([two, one]) != sha256_of([one, two])
     with pytest.raises(DatasetError, match="cannot be read"):
         sha256_of([tmp_path / "gone"])
+
+
+def test_a_share_of_alike_answers_is_worth_its_subjects():
+    right = np.ones(56, bool)
+    estimate = share_by_subject(right, np.repeat(np.arange(14), 4))
+    assert estimate == share_of(1.0, 14)
+
+
+def test_a_share_of_subjects_with_one_answer_each_is_wilson_s():
+    right = np.arange(40) % 4 > 0
+    estimate = share_by_subject(right, np.arange(40))
+    # (n − 1)/n for the spread about the mean: 39 of 40, not below the number of subjects.
+    assert estimate == share_of(0.75, 40)
+
+
+def test_answers_that_are_the_subject_s_are_worth_one_each():
+    right = np.repeat(np.arange(10) % 2 == 0, 6)
+    assert share_by_subject(right, np.repeat(np.arange(10), 6)) == Estimate(
+        0.5, *wilson_interval(0.5, 10), 10
+    )
+
+
+def test_a_share_needs_answers():
+    with pytest.raises(ArgumentError, match="True or False"):
+        share_by_subject([0.5, 1.0], ["a", "b"])

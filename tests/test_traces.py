@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mcnlab import bundled
+from mcnlab import bundled, flow
 from mcnlab.columns import FRAME, TRACE, X, Y, check_traces
 from mcnlab.datasets.video import open_video
 from mcnlab.errors import ArgumentError, SilhouetteError, TableError
@@ -96,7 +96,7 @@ def two_walkers():
     return film(RIGHT, LEFT)
 
 
-@pytest.mark.parametrize("method", ["background", "horn-schunck", "horn-schunck-plain"])
+@pytest.mark.parametrize("method", ["background", "horn-schunck-plain"])
 def test_two_walkers_leave_two_traces_where_they_walked(two_walkers, method):
     traces = trace_video(two_walkers, TO_GROUND, method=method, height=TALL)
     assert check_traces(traces)[TRACE].nunique() == 2
@@ -118,12 +118,27 @@ def test_every_method_finds_the_walkers(two_walkers, method):
     assert score_traces(traces, truth_of(RIGHT, LEFT), radius=0.6).recall > 0.8
 
 
+def test_flow_masks_are_those_of_1981_with_few_iterations(two_walkers):
+    plain, sharp = (
+        list(flow_masks(two_walkers, **options))
+        for options in (
+            {},
+            {"method": "horn-schunck-plain", "alpha": 25.0, "iterations": 5},
+        )
+    )
+    assert np.array_equal(plain, sharp)
+    # The others have the defaults of `flow`: the pyramid's name gives the pyramid.
+    frames = list(two_walkers.frames(0, 2))
+    first = next(flow_masks(two_walkers, method="horn-schunck", speed=0.5, closing=0))
+    assert np.array_equal(first, flow.moving_mask(flow.horn_schunck(*frames), speed=0.5))
+
+
 def test_options_reach_the_masks(two_walkers):
     with pytest.raises(SilhouetteError, match="nobody moved"):
         trace_video(
             two_walkers,
             TO_GROUND,
-            method="horn-schunck",
+            method="horn-schunck-plain",
             height=TALL,
             mask_options={"speed": 50.0},
         )
@@ -150,15 +165,38 @@ def test_how_tall_people_appear_is_learnt_from_them(two_walkers):
     assert score_traces(learnt, truth_of(RIGHT, LEFT), radius=0.5).median_error < 0.08
 
 
+def test_masks_of_booleans_teach_the_same_height(two_walkers):
+    widths = trunk_widths((HEIGHT, WIDTH), TO_GROUND)
+    masks = list(background_masks(two_walkers))
+    points = [[100, 80], [100, 140]]
+    taught = learn_height((mask > 0 for mask in masks), widths)(points)
+    assert taught.tolist() == learn_height(masks, widths)(points).tolist()
+
+
+@pytest.mark.parametrize(
+    ("mask", "words"),
+    [
+        (np.zeros((5, 5), np.uint8), "mask has the shape .* widths .* must agree"),
+        (np.zeros((HEIGHT, WIDTH, 3), np.uint8), "mask has the shape"),
+        (np.full((HEIGHT, WIDTH), np.nan), "finite"),
+        (np.full((HEIGHT, WIDTH), "a"), "finite"),
+    ],
+    ids=["shape", "colour", "nan", "text"],
+)
+def test_a_mask_that_is_none_teaches_nothing(mask, words):
+    with pytest.raises(ArgumentError, match=words):
+        learn_height([mask], trunk_widths((HEIGHT, WIDTH), TO_GROUND))
+
+
 def test_a_run_can_be_repeated_to_the_bit(two_walkers):
-    for method in ("background", "horn-schunck"):
+    for method in ("background", "horn-schunck-plain"):
         first, again = (
             trace_video(two_walkers, TO_GROUND, method=method, height=TALL) for _ in range(2)
         )
         pd.testing.assert_frame_equal(first, again, check_exact=True)
 
 
-@pytest.mark.parametrize("method", ["background", "horn-schunck"])
+@pytest.mark.parametrize("method", ["background", "horn-schunck-plain"])
 def test_where_nobody_moves_that_is_said(method):
     video = open_video(np.full((30, HEIGHT, WIDTH), 90, np.uint8), frame_rate=RATE)
     assert not any(mask.any() for mask in moving_masks(video, method=method))
@@ -186,6 +224,19 @@ def test_where_nobody_moves_that_is_said(method):
         (lambda video: trace_video(video, TO_GROUND, height=TALL, coarsest=0.01), "coarsest"),
         (lambda video: trace_video(video, TO_GROUND, height=TALL, gate=-1), "gate"),
         (lambda video: trace_video(video, TO_GROUND, height=TALL, most_gap=1e6), "most_gap"),
+        (lambda video: flow_masks(video, method="dis", bogus=1), "'dis' has no option 'bogus'"),
+        (lambda video: moving_masks(video, bogus=1), "'background' has no option 'bogus'"),
+        (
+            lambda video: moving_masks(video, method="dis", alpha=1),
+            "'alpha'; pass any of speed.* preset",
+        ),
+        (lambda video: trace_video(video, TO_GROUND, mask_options=["speed"]), "mask_options"),
+        (lambda video: trace_video(video, TO_GROUND, mask_options={1: 2}), "no option 1"),
+        (lambda video: trace_video(video, TO_GROUND, mask_options={"method": 2}), "no option 'm"),
+        (
+            lambda video: trace_video(video, TO_GROUND, mask_options={"bogus": 1}),
+            "no option 'bogus'; pass any of threshold, shadow, learning_rate, warm_up",
+        ),
         (lambda video: trace_video("film.mp4", TO_GROUND), "video is a str"),
         (lambda video: trace_video(video, None, height=TALL), "to_ground"),
         (lambda video: trace_video(video, lambda points: points[:, 0]), "to_ground"),
@@ -286,6 +337,19 @@ def test_places_too_far_away_and_all_above_them_are_left_out():
     sizes = person_sizes(widths, lambda points: 0.3 * (points[:, 1] - sky))
     assert sizes.tall[100, 160] == pytest.approx(18)
     assert sizes.tall[84:86].max() > 0 and sizes.wide[sizes.tall == 0].max() == 0
+
+
+@pytest.mark.parametrize("lean", [-0.5, 0.3])
+def test_a_camera_that_leans_sees_all_the_ground_below_its_horizon(lean):
+    # As above, but the horizon falls or rises by `lean` rows a column about the middle.
+    columns, rows = np.meshgrid(np.arange(320.0), np.arange(160.0))
+    below = rows - 40 - lean * (columns - 160)
+    matrix = np.array([[5, 0, -5 * 160], [0, 0, 500], [-lean, 1, 160 * lean - 40]])
+    widths = trunk_widths((160, 320), partial(project, matrix), coarsest=0.25)
+    # What is looked at is below the horizon, and what is well below it is looked at: there a
+    # pixel is at most 5/b + 800·|lean|/b² or 500·(1 + |lean|)/b² m wide or high, b rows below.
+    assert below[widths > 0].min() > 0
+    assert (widths[below > 80] > 0).all()
 
 
 def feet_of(*walkers, drop=()):

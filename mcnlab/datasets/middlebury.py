@@ -17,10 +17,10 @@ from mcnlab.datasets.casia import check_png
 from mcnlab.errors import DatasetError
 
 NAME: Final = "middlebury-flow"
+UNKNOWN: Final = 1e9  # pixels; a longer component marks a pixel without truth
 FIRST, SECOND, TRUTH = "frame10.png", "frame11.png", "flow10.flo"
 
 _MAGIC: Final = b"PIEH"  # 202021.25 as a little-endian float32
-_UNKNOWN: Final = 1e9  # pixels; a longer component marks a pixel without truth
 _LONGEST: Final = 99_999  # pixels a side; what Middlebury's own reader accepts
 
 
@@ -144,7 +144,7 @@ def read_flo(path):
             "restore it."
         )
     flow = np.frombuffer(data, "<f4", offset=12).reshape(height, width, 2).astype(np.float32)
-    flow[~(np.abs(flow) <= _UNKNOWN).all(axis=-1)] = np.nan
+    flow[~(np.abs(flow) <= UNKNOWN).all(axis=-1)] = np.nan
     return flow
 
 

@@ -6,10 +6,8 @@ import numpy as np
 import pandas as pd
 
 from mcnlab.columns import TRACE, X, Y, check_traces
-from mcnlab.errors import ArgumentError, require_number
-from mcnlab.ground import check_area
-
-NO_WALLS = np.empty((0, 2, 2))
+from mcnlab.errors import ArgumentError, require_count, require_number
+from mcnlab.ground import check_area, check_walls
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +27,9 @@ class Scene:
         Segments that block sight: (x, y) of both ends, metres.
     blocks : ndarray, shape (k, 4)
         Rectangles that are no floor: left, bottom, right, top, metres.
+    people : dict
+        Trace → who left it, where one person left several; a trace that is not named is
+        a person of its own.
     source : str
         Where it came from: "bundled", "measured", "synthetic", …
     problems : tuple of str
@@ -41,6 +42,7 @@ class Scene:
     area: tuple
     walls: np.ndarray = None
     blocks: np.ndarray = ()
+    people: dict = None
     source: str = ""
     problems: tuple = ()
 
@@ -48,16 +50,11 @@ class Scene:
         check_traces(self.traces)
         require_number("frame_rate", self.frame_rate, above=0, unit="frames a second")
         object.__setattr__(self, "area", check_area(self.area))
-        walls = NO_WALLS if self.walls is None else np.asarray(self.walls, dtype=float)
-        if walls.size == 0:
-            walls = NO_WALLS
-        if walls.shape[1:] != (2, 2) or not np.isfinite(walls).all():
-            raise ArgumentError(
-                f"walls has the shape {walls.shape}; pass finite segments, shape (k, 2, 2)."
-            )
-        object.__setattr__(self, "walls", walls)
-        blocks = [check_area(block, argument="blocks") for block in self.blocks]
+        object.__setattr__(self, "walls", check_walls(self.walls))
+        blocks = () if self.blocks is None else self.blocks
+        blocks = [check_area(block, argument="blocks") for block in blocks]
         object.__setattr__(self, "blocks", np.array(blocks).reshape(-1, 4))
+        object.__setattr__(self, "people", dict(self.people or {}))
 
     @property
     def walkers(self):
@@ -73,25 +70,32 @@ class Scene:
         """The same place with other traces."""
         return replace(self, traces=traces.reset_index(drop=True))
 
+    def who(self, traces):
+        """The person behind each of some traces' names, ndarray of object."""
+        return np.array([self.people.get(trace, trace) for trace in traces], dtype=object)
+
     def split(self, *, seed=0):
-        """Two scenes, each with half of the walkers, drawn at random.
+        """Two scenes, each with half of the people, drawn at random.
 
         Raises
         ------
         ArgumentError
-            When there are fewer than two walkers.
+            When there are fewer than two people.
         """
-        walkers = np.array(self.walkers, dtype=object)
-        if len(walkers) < 2:
+        seed = require_count("seed", seed)
+        person = self.who(self.traces[TRACE])
+        people = np.array(list(dict.fromkeys(person)), dtype=object)
+        if len(people) < 2:
             raise ArgumentError(f"scene {self.name!r} has one walker; a split needs two.")
-        drawn = np.random.default_rng(seed).permutation(len(walkers))[: len(walkers) // 2]
-        first = self.traces[TRACE].isin(walkers[drawn])
+        drawn = np.random.default_rng(seed).permutation(len(people))[: len(people) // 2]
+        first = np.isin(person, people[drawn])
         return self.with_traces(self.traces[first]), self.with_traces(self.traces[~first])
 
 
 def area_of(traces, *, margin=1.0):
     """The area that traces cover, with a margin, to whole decimetres (metres)."""
     check_traces(traces)
+    margin = require_number("margin", margin, low=0, unit="metres")
     low = np.floor(10 * (traces[[X, Y]].min().to_numpy() - margin)) / 10
     high = np.ceil(10 * (traces[[X, Y]].max().to_numpy() + margin)) / 10
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])

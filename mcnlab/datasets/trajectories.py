@@ -273,6 +273,8 @@ def _make_scene(path, traces, frame_rate, *, problems=()):
         area=area_of(traces),
         source="published",
         problems=problems,
+        # The parts of a track that was cut are one person's.
+        people={name: name.split("-")[0] for name in traces[TRACE].unique() if "-" in name},
     )
 
 

@@ -14,8 +14,8 @@ from mcnlab.figures.registry import figure as _figure
     "Four ways to place the same cameras",
     notebook=EXACT,
     claim="Where do votes, ground seen, greed and proof put the cameras?",
-    finding="Green walker-seconds are seen square-on by some camera. Whoever maximises ground "
-    "looks at the corridor along its length.",
+    finding="Green walker-seconds are seen square-on by some camera. Whoever maximises ground sees "
+    "the corridor along its length.",
 )
 def plans(site, chosen):
     """One map a method: its cameras, and the walker-seconds they see square-on.
@@ -45,7 +45,7 @@ def plans(site, chosen):
     "price-of-voting",
     "The price of voting",
     notebook=EXACT,
-    claim="How much less do voted cameras see, on walks that no method has seen?",
+    claim="How much less do voted cameras see, of people whom no method has seen?",
     ids=(
         "placement.price_of_voting",
         "placement.corridor.votes.square_on",
@@ -112,7 +112,8 @@ def how_many(tables, *, required):
     "Other demands on the same program",
     notebook=EXACT,
     claim="Places may be forbidden, cameras may cost, a gait may need two views.",
-    finding="Each is one more line in the integer program, and each answer is proven.",
+    finding="Each is one more line in the integer program.",
+    ids=("placement.demands.largest_gap",),
 )
 def demands(site, variants):
     """Exact choices under other demands, one map each.
@@ -147,7 +148,8 @@ def demands(site, variants):
     ids=(
         "control.corridor.awake_share",
         "control.corridor.square_share",
-        "control.corridor.lost_share",
+        "control.corridor.turning_share",
+        "control.corridor.lagging_share",
     ),
 )
 def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
@@ -176,6 +178,6 @@ def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
     left.set_yscale("log" if len(needed) else "linear")
     left.set_ylabel("camera frames")
     right.plot(limits, lost, "o-", color=plotting.LOWER)
-    right.set(xlabel="pan limit (degrees a second)", ylabel="time lost at the limit (share)")
+    right.set(xlabel="pan limit (degrees a second)", ylabel="time lost turning or lagging (share)")
     right.set_ylim(0, None)
     return figure

@@ -9,7 +9,7 @@ from mcnlab.errors import ArgumentError
 from mcnlab.figures.direction import example_walk
 from mcnlab.figures.registry import SQUARE
 from mcnlab.figures.registry import figure as _figure
-from mcnlab.plotting.gait import MADE, NOISY, REAL
+from mcnlab.plotting.gait import CUT, MADE, NOISY, REAL
 from mcnlab.silhouettes import measure_sequence
 
 VIEWS = {0: "σ = 0, frontal", 45: "σ = π/4", 90: "σ = π/2, square-on"}
@@ -122,20 +122,27 @@ def rhythm(recording):
     "How the gait fades as the camera leaves the side",
     notebook=SQUARE,
     claim="How far from square-on may a camera stand?",
-    ids=("gait.synthetic.half_peak_deg", "gait.synthetic.right.90"),
+    ids=(
+        "gait.synthetic.half_peak_deg",
+        "gait.synthetic.right.90",
+        "gait.synthetic.right.90.cut",
+        "gait.synthetic.right.45",
+    ),
 )
-def view_angles(clean, noisy, real):
+def view_angles(clean, noisy, cut, real):
     """Rhythm and its detection against the view angle: synthetic, with noise, and real.
 
     Parameters
     ----------
-    clean, noisy, real : pandas.DataFrame
-        From `gait.detectability`, with ``low`` and ``high`` of the share.
+    clean, noisy, cut, real : pandas.DataFrame
+        From `gait.detectability`, with ``low`` and ``high`` of the share; `noisy` is like
+        CASIA A's silhouettes, in `cut` a limb is missing all along.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.8))
     tables = {
         "synthetic": (clean, MADE, "^", "-"),
-        "synthetic, noisy masks": (noisy, NOISY, "s", "--"),
+        "synthetic, noise like CASIA A's": (noisy, NOISY, "s", "--"),
+        "synthetic, a limb cut": (cut, CUT, "v", ":"),
         "CASIA A": (real, REAL, "o", ""),
     }
     plotting.plot_by_angle(
@@ -151,7 +158,7 @@ def view_angles(clean, noisy, real):
     )
     left.set_ylim(-0.2, 1)
     right.set_ylim(0, 1.05)
-    right.legend(loc="lower right")
+    left.legend(loc="upper left", fontsize=8)
     return figure
 
 

@@ -16,8 +16,7 @@ from mcnlab.placement import CHAOS, DIRECTED, NO_LOCUS
     section="2.2.1",
     notebook=VOTE,
     claim="From overhead, the loci of many walkers make a visible pattern.",
-    finding="Lanes along the corridor and round its bends; crossings and standing people stand "
-    "out as knots.",
+    finding="Lanes along the corridor and round its bends; those who cross or linger stand out.",
 )
 def loci(scene, grid):
     """Figure 2.3: every trace over the cells of the grid."""
@@ -51,7 +50,7 @@ def patterns():
     section="2.2.2",
     notebook=VOTE,
     claim="A cell has one direction, or several (chaos), or nobody passed it.",
-    ids=("placement.corridor.directed", "placement.corridor.chaos"),
+    ids=("placement.pets.directed", "placement.pets.chaos"),
 )
 def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
     """Figure 2.5: (a) a directed cell, (b) a chaos cell, (c) one without a locus."""
@@ -82,8 +81,8 @@ def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
     section="2.2.3–2.2.4",
     notebook=VOTE,
     claim="The band grows from the strongest cell; where perpendiculars to it meet, cameras go.",
-    finding="Here the whole band votes, as in the thesis's experiment; its thinned line shows "
-    "what would be left with more walks.",
+    finding="Every directed cell votes, as in the thesis's experiment; the band and its thinned "
+    "line are drawn to show what would vote in their place.",
 )
 def path_band(scene, grid, placed):
     """Figure 2.6: (a) the band and its growth, (b) votes, (c) the places."""
@@ -154,7 +153,7 @@ def mesh(scene, grid, placed):
     "Votes of real people",
     notebook=VOTE,
     claim="What do the votes say where people walk as they like?",
-    ids=("placement.pets.humps", "placement.pets.directed", "placement.pets.chaos"),
+    ids=("placement.pets.humps",),
 )
 def real_votes(scene, grid, placed):
     """Traces, cells and votes of a real scene."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, axes_or_new
 
-REAL, MADE, NOISY = "#1d5fa8", "#3fb18f", "#f2b134"
+REAL, MADE, NOISY, CUT = "#1d5fa8", "#3fb18f", "#f2b134", "#d1495b"
 
 
 def plot_width(seconds, width, *, events=None, colour=REAL, title="", ax=None):

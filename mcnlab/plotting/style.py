@@ -34,7 +34,13 @@ CHOICE_MARKERS = {
     "exact": "o",
 }
 # Ways to find who moves.
-FINDER_COLOURS = {"background": "#1d5fa8", "horn-schunck": "#8d6a9f", "truth": "#222222"}
+FINDER_COLOURS = {
+    "background": "#1d5fa8",
+    "horn-schunck": "#8d6a9f",
+    "dis": "#14213d",
+    "farneback": "#3fb18f",
+    "truth": "#222222",
+}
 # Optical flows.
 FLOW_COLOURS = {
     "horn-schunck": "#8d6a9f",
