@@ -19,7 +19,17 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from mcnlab import bundled, covering, flow, gait, peers, placement, siting, widgets
+from mcnlab import (
+    bundled,
+    cells,
+    covering,
+    flow,
+    peers,
+    placement,
+    siting,
+    viewpoint,
+    widgets,
+)
 from mcnlab.coverage import CameraModel
 from mcnlab.datasets import corridor, overhead
 from mcnlab.datasets.motions import make_motion
@@ -112,15 +122,15 @@ def time_flow():
 def time_votes():
     """Votes of 1,000×1,000 directed cells, and the slider's part of the whole chain."""
     rng = np.random.default_rng(0)
-    histograms = np.zeros((1000, 1000, placement.BINS), int)
+    histograms = np.zeros((1000, 1000, cells.BINS), int)
     rows, columns = np.indices((1000, 1000))
-    histograms[rows, columns, rng.integers(placement.BINS, size=(1000, 1000))] = 1
-    cells = placement.direct_cells(histograms)
+    histograms[rows, columns, rng.integers(cells.BINS, size=(1000, 1000))] = 1
+    directed = cells.direct_cells(histograms)
     scene = corridor.make_traces(walkers=200)
     grid = GridMap.over(scene.area, cell=0.1)
-    angles = placement.orientations(scene.traces, grid)
+    angles = cells.orientations(scene.traces, grid)
     runs = {
-        "placement.vote.1000x1000": lambda: placement.vote(cells),
+        "placement.vote.1000x1000": lambda: placement.vote(directed),
         "placement.votes.slider": lambda: placement.place_by_votes(None, grid, n=4, angles=angles),
     }
     return [(name, _timed(run)(7)["seconds"], None, None, "s") for name, run in runs.items()]
@@ -211,7 +221,7 @@ def time_siting_panels():
     """The same for chapter 2."""
     scene = corridor.make_traces()
     film = overhead.render_corridor(walkers=10, seconds=20)
-    (boxes,), truth = gait.record_at_angles(range(0, 91, 15), subjects=1)
+    (boxes,), truth = viewpoint.record_at_angles(range(0, 91, 15), subjects=1)
     model = CameraModel(pans=True)
     moves = {
         "gait": (widgets.gait_panel(boxes, truth, frame_rate=25.0), "angle", [0, 30, 60, 90] * 4),

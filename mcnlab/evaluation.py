@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from mcnlab import flow, gait
+from mcnlab import flow, viewpoint
 from mcnlab.bundled import casia_a_folder
 from mcnlab.columns import DIRECTION, FRAME, SEQUENCE, TRACE
 from mcnlab.datasets import casia
@@ -351,7 +351,7 @@ def half_peak(measured, truth, *, seed=0, draws=200):
     measured : pandas.DataFrame
         From `gait.measure_gait`.
     truth : pandas.DataFrame
-        ``subject, angle``, indexed by sequence, as from `gait.record_at_angles`.
+        ``subject, angle``, indexed by sequence, as from `viewpoint.record_at_angles`.
     seed, draws : int, optional
         Of the bootstrap, which draws whole people.
 
@@ -360,7 +360,7 @@ def half_peak(measured, truth, *, seed=0, draws=200):
     Estimate
         Degrees.
     """
-    whole = gait.half_peak_angle(gait.detectability(measured, truth["angle"]))
+    whole = viewpoint.half_peak_angle(viewpoint.detectability(measured, truth["angle"]))
     peaks = measured["peak"].reindex(truth.index, fill_value=0.0)
     table = truth.assign(peak=peaks).pivot_table(
         index="subject", columns="angle", values="peak", aggfunc=list
@@ -370,7 +370,9 @@ def half_peak(measured, truth, *, seed=0, draws=200):
     for _ in range(draws):
         drawn = table.iloc[rng.integers(len(table), size=len(table))]
         medians = [np.median(np.concatenate(drawn[angle].tolist())) for angle in table.columns]
-        angles.append(gait.half_peak_angle(pd.DataFrame({"angle": table.columns, "peak": medians})))
+        angles.append(
+            viewpoint.half_peak_angle(pd.DataFrame({"angle": table.columns, "peak": medians}))
+        )
     low, high = np.percentile(angles, [2.5, 97.5])
     return Estimate(whole, float(low), float(high), len(table))
 

@@ -15,6 +15,7 @@ from matplotlib.colors import to_hex
 
 from mcnlab import (
     bundled,
+    cells,
     control,
     direction,
     evaluation,
@@ -26,6 +27,7 @@ from mcnlab import (
     placement,
     plotting,
     siting,
+    viewpoint,
 )
 from mcnlab.coverage import CameraModel
 from mcnlab.datasets.corridor import make_traces
@@ -271,7 +273,7 @@ def hall():
 @pytest.fixture(scope="module")
 def angled():
     """Synthetic walks of two people from three view angles: (boxes, truth)."""
-    tables, truth = gait.record_at_angles([0, 45, 90], subjects=2)
+    tables, truth = viewpoint.record_at_angles([0, 45, 90], subjects=2)
     return tables[0], truth
 
 
@@ -343,7 +345,7 @@ def test_widths_are_those_of_the_walks_and_marked_square_on(casia, angled, subje
             for name, walk in casia.boxes.groupby("sequence")
             if len(walk) == len(real) and (walk["w"].to_numpy() == real).all()
         ]
-        assert gait.view_angle_of(casia.directions[drawn[0]]) == angle
+        assert viewpoint.view_angle_of(casia.directions[drawn[0]]) == angle
         assert len(axes[0, column].lines) == (3 if angle == 90 else 1)
     found = gait.find_events(made["frame"], made["w"], frame_rate=25)
     marks, first = labelled(axes[1, 2]), made["frame"].iloc[0]
@@ -408,12 +410,12 @@ def test_loci_are_one_line_a_walker_over_the_grid(corridor):
 
 def test_patterns_are_drawn_with_the_angle_inferred():
     axes = figures.draw("2.4").axes
-    examples = placement.example_patterns()
+    examples = cells.example_patterns()
     for ax, (name, pattern) in zip(axes, examples.items(), strict=False):
         dark = ax.collections[0].get_array().reshape(8, 8) < 1
         np.testing.assert_array_equal(dark, pattern)
         if name.endswith("π/8"):
-            angle = np.degrees(placement.infer_angle(pattern).angle)
+            angle = np.degrees(cells.infer_angle(pattern).angle)
             assert ax.get_title() == f"{angle:.0f}°"
             assert abs(angle - 22.5 * int(name[0])) < 22.5 / 2
             (x0, x1), (y0, y1) = ax.lines[0].get_data()
@@ -432,7 +434,7 @@ def test_three_kinds_of_cells_are_drawn_with_their_histograms(corridor):
     figure = figures.draw("2.5", scene, grid, placed, chaos_ratio=CHAOS_RATIO)
     axes = np.reshape(figure.axes, (2, 3))
     walks = placed.cells.histograms.sum(axis=2)
-    kinds = (placement.DIRECTED, placement.CHAOS, placement.NO_LOCUS)
+    kinds = (cells.DIRECTED, cells.CHAOS, cells.NO_LOCUS)
     for (above, below), kind in zip(axes.T, kinds, strict=True):
         left, bottom = above.get_xlim()[0], above.get_ylim()[0]
         row, column = round(bottom / 0.5), round(left / 0.5)
@@ -474,11 +476,11 @@ def test_a_histogram_shows_the_chaos_rule():
 def test_the_band_its_votes_and_the_places_are_drawn(request, place):
     scene, grid, placed = request.getfixturevalue(place)
     axes = figures.draw("2.6", scene, grid, placed).axes
-    order = placement.grow_band(placed.cells)
+    order = cells.grow_band(placed.cells)
     shown = axes[0].images[0].get_array()
     np.testing.assert_array_equal(shown.mask, order < 0)
     np.testing.assert_array_equal(shown.compressed(), order[order >= 0])
-    x, y = grid.place_of(*np.nonzero(placement.thin(order >= 0)))
+    x, y = grid.place_of(*np.nonzero(cells.thin(order >= 0)))
     np.testing.assert_array_equal(labelled(axes[0])["thinned"].get_xydata(), np.c_[x, y])
     np.testing.assert_array_equal(axes[1].images[0].get_array(), placed.votes)
     assert axes[1].images[0].get_extent() == [0, grid.area[2], 0, grid.area[3]]
@@ -502,7 +504,7 @@ def test_directions_are_drawn_in_their_cells(corridor):
     widths = ax.collections[0].get_linewidths()
     assert np.argmax(widths) == np.argmax(placed.cells.magnitude[rows, columns])
     shaded = (np.asarray(ax.images[0].get_array()) < 1).any(axis=2)
-    np.testing.assert_array_equal(shaded, placed.cells.kind == placement.CHAOS)
+    np.testing.assert_array_equal(shaded, placed.cells.kind == cells.CHAOS)
     assert shaded.any()
 
 
@@ -512,7 +514,7 @@ def test_the_sample_cell_has_about_as_many_walks_as_asked(request, place, walks)
     figure = figures.draw("2.10", scene, grid, placed, chaos_ratio=0.8, walks=walks)
     left, right = figure.axes
     row, column = (int(part) for part in re.findall(r"\d+", left.get_title(loc="left")))
-    assert placed.cells.kind[row, column] == placement.DIRECTED
+    assert placed.cells.kind[row, column] == cells.DIRECTED
     counts = placed.cells.histograms[row, column]
     np.testing.assert_array_equal(bars(right), counts)
     assert right.lines[0].get_ydata()[0] == 0.8 * counts.max()

@@ -15,11 +15,13 @@ from mcnlab.datasets.noise import CASIA_LIKE, SegmentationNoise
 from mcnlab.errors import ArgumentError, TableError
 from mcnlab.gait import (
     autocorrelation,
-    detectability,
     find_events,
     find_period,
-    half_peak_angle,
     measure_gait,
+)
+from mcnlab.viewpoint import (
+    detectability,
+    half_peak_angle,
     record_at_angles,
     view_angle,
     view_angle_of,

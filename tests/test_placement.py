@@ -8,27 +8,24 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import ndimage
 
-from mcnlab.errors import ArgumentError, TableError
-from mcnlab.ground import GridMap
-from mcnlab.placement import (
+from mcnlab.cells import (
     BINS,
     CHAOS,
     DIRECTED,
     NO_LOCUS,
     DirectedCells,
-    choose_places,
     direct_cells,
     example_patterns,
-    find_humps,
     grow_band,
     histograms,
     infer_angle,
     orientations,
     path_band,
-    place_by_votes,
     thin,
-    vote,
 )
+from mcnlab.errors import ArgumentError, TableError
+from mcnlab.ground import GridMap
+from mcnlab.placement import choose_places, find_humps, place_by_votes, vote
 
 BIN = np.pi / BINS
 ONE_CELL = GridMap(0, 0, 1, 1, 1.0)

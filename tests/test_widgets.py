@@ -22,6 +22,7 @@ from mcnlab import (
     phase,
     placement,
     siting,
+    viewpoint,
     widgets,
 )
 from mcnlab.coverage import CameraModel
@@ -182,7 +183,7 @@ def corridor():
 @pytest.fixture(scope="module")
 def angled():
     """Two synthetic people from two view angles."""
-    tables, truth = gait.record_at_angles([0, 90], subjects=2)
+    tables, truth = viewpoint.record_at_angles([0, 90], subjects=2)
     return tables[0], truth
 
 
@@ -297,7 +298,7 @@ def test_the_gait_panel_says_the_rhythm_it_shows(new_panel, angled):
 
 @pytest.mark.parametrize("angles", [[90], [0, 45]])
 def test_the_gait_panel_begins_within_its_angles(angles):
-    tables, truth = gait.record_at_angles(angles, subjects=1)
+    tables, truth = viewpoint.record_at_angles(angles, subjects=1)
     panel = widgets.gait_panel(tables[0], truth, frame_rate=25)
     assert panel.controls["angle"].value == max(angles)
     assert f"σ = {max(angles)}°" in panel.text.value

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import gait, plotting
+from mcnlab import gait, plotting, viewpoint
 from mcnlab.columns import FRAME, SEQUENCE, H, W
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.direction import example_walk
@@ -135,7 +135,7 @@ def view_angles(clean, noisy, cut, real):
     Parameters
     ----------
     clean, noisy, cut, real : pandas.DataFrame
-        From `gait.detectability`, with ``low`` and ``high`` of the share; `noisy` is like
+        From `viewpoint.detectability`, with ``low`` and ``high`` of the share; `noisy` is like
         CASIA A's silhouettes, in `cut` a limb is missing all along.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.8))
@@ -164,6 +164,6 @@ def view_angles(clean, noisy, cut, real):
 
 def _walk_at(recording, angle):
     """The boxes of the first walk at a view angle, coming rather than going."""
-    directions = [way for way in (5, 4, 6, 3, 7, 1, 2, 8) if gait.view_angle_of(way) == angle]
+    directions = [way for way in (5, 4, 6, 3, 7, 1, 2, 8) if viewpoint.view_angle_of(way) == angle]
     there = set(recording.directions)
     return example_walk(recording, next((way for way in directions if way in there), directions[0]))

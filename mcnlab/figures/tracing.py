@@ -2,7 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from mcnlab import flow, plotting
 from mcnlab.columns import TRACE, X, Y
@@ -163,8 +163,9 @@ def flow_errors(errors, examples):
         )
     bars.set_xticks(np.arange(len(errors)), errors.index, fontsize=8)
     bars.set(ylabel="end-point error (pixels)", yscale="log")
-    for axis in (bars.yaxis.set_major_formatter, bars.yaxis.set_minor_formatter):
-        axis(FuncFormatter(lambda value, _: f"{value:g}"))
+    bars.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
+    for write in (bars.yaxis.set_major_formatter, bars.yaxis.set_minor_formatter):
+        write(FuncFormatter(lambda value, _: f"{value:g}"))
     bars.grid(axis="x", visible=False)
     bars.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     known = np.isfinite(truth).all(axis=2)

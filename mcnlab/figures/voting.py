@@ -3,11 +3,11 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import placement, plotting
+from mcnlab import cells, plotting
+from mcnlab.cells import CHAOS, DIRECTED, NO_LOCUS
 from mcnlab.columns import TRACE, X, Y
 from mcnlab.figures.registry import VOTE
 from mcnlab.figures.registry import figure as _figure
-from mcnlab.placement import CHAOS, DIRECTED, NO_LOCUS
 
 
 @_figure(
@@ -37,8 +37,8 @@ def loci(scene, grid):
 )
 def patterns():
     """Figure 2.4: strokes at the eight bins' centres and patterns without an angle."""
-    examples = placement.example_patterns()
-    angles, known = placement.infer_angle(np.stack(list(examples.values())))
+    examples = cells.example_patterns()
+    angles, known = cells.infer_angle(np.stack(list(examples.values())))
     figure = plt.figure(figsize=(9, 3.4))
     plotting.plot_patterns(list(examples.values()), angles, known, figure=figure)
     return figure
@@ -87,11 +87,11 @@ def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
 def path_band(scene, grid, placed):
     """Figure 2.6: (a) the band and its growth, (b) votes, (c) the places."""
     figure, axes = plt.subplots(3, 1, figsize=(7.5, 10.5))
-    order = placement.grow_band(placed.cells)
+    order = cells.grow_band(placed.cells)
     for ax, name in zip(axes, ("(a) path band", "(b) votes", "(c) places"), strict=True):
         plotting.plot_ground(grid.area, walls=scene.walls, ax=ax)
         ax.set_title(name)
-    image = plotting.plot_band(grid, order, placement.thin(order >= 0), ax=axes[0])
+    image = plotting.plot_band(grid, order, cells.thin(order >= 0), ax=axes[0])
     figure.colorbar(image, ax=axes[0], label="joined in step", shrink=0.8)
     axes[0].legend(loc="lower right")
     plotting.plot_votes(grid, placed.votes, ax=axes[1])
@@ -170,13 +170,13 @@ def real_votes(scene, grid, placed):
     return figure
 
 
-def draw_cells(grid, cells, *, ax):
+def draw_cells(grid, directed, *, ax):
     """The kinds and directions of cells."""
     return plotting.plot_cells(
         grid,
-        cells.kind,
-        cells.angle,
-        magnitude=cells.magnitude,
+        directed.kind,
+        directed.angle,
+        magnitude=directed.magnitude,
         no_locus=NO_LOCUS,
         directed=DIRECTED,
         chaos=CHAOS,

@@ -3,7 +3,7 @@
 import ipywidgets
 import numpy as np
 
-from mcnlab import flow, gait, placement, plotting, siting
+from mcnlab import cells, flow, gait, placement, plotting, siting
 from mcnlab.columns import SEQUENCE, W, X, Y
 from mcnlab.coverage import CameraModel
 from mcnlab.errors import ArgumentError
@@ -20,7 +20,7 @@ def gait_panel(boxes, truth, *, frame_rate):
     Parameters
     ----------
     boxes : pandas.DataFrame
-        From `gait.record_at_angles`.
+        From `viewpoint.record_at_angles`.
     truth : pandas.DataFrame
         Its walks: ``subject, angle, step_s``.
     frame_rate : float
@@ -115,7 +115,7 @@ def vote_panel(scene):
     def draw(mesh, plan, cell, chaos_ratio, least_traces, n, forbidden):
         if cell not in held:
             grid = GridMap.over(scene.area, cell=cell)
-            held[cell] = grid, placement.orientations(scene.traces, grid)
+            held[cell] = grid, cells.orientations(scene.traces, grid)
         grid, angles = held[cell]
         barred = picker.cells(grid)
         placed = placement.place_by_votes(
@@ -134,8 +134,8 @@ def vote_panel(scene):
         plan.plot(placed.places[X], placed.places[Y], "^", ms=11, color=plotting.UPPER, mec="white")
         counts = np.bincount(placed.cells.kind.ravel(), minlength=3)
         return (
-            f"<b>{len(placed.humps)} humps</b>; {counts[placement.DIRECTED]} directed cells, "
-            f"{counts[placement.CHAOS]} chaos, {counts[placement.NO_LOCUS]} without a locus; "
+            f"<b>{len(placed.humps)} humps</b>; {counts[cells.DIRECTED]} directed cells, "
+            f"{counts[cells.CHAOS]} chaos, {counts[cells.NO_LOCUS]} without a locus; "
             f"most votes in one cell: {placed.votes.max()}"
         )
 
@@ -143,7 +143,7 @@ def vote_panel(scene):
         draw,
         {
             "cell": decimal_slider("cell (m)", 0.3, 2, 0.5, step=0.1),
-            "chaos_ratio": decimal_slider("chaos ratio", 0.1, 1, placement.CHAOS_RATIO, step=0.05),
+            "chaos_ratio": decimal_slider("chaos ratio", 0.1, 1, cells.CHAOS_RATIO, step=0.05),
             "least_traces": slider("minimum traces", 1, 20, 1),
             "n": slider("cameras", 1, 8, 2),
             "forbidden": picker,
