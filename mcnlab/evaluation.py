@@ -344,7 +344,7 @@ def judge_traces(points, feet, *, first=0):
 
 
 def half_peak(measured, truth, *, seed=0, draws=200):
-    """The view angle at which half of the gait's peak is lost, with an interval over people.
+    """How far off square-on half of the gait's peak is lost, with an interval over people.
 
     Parameters
     ----------
@@ -358,7 +358,7 @@ def half_peak(measured, truth, *, seed=0, draws=200):
     Returns
     -------
     Estimate
-        Degrees.
+        Degrees from square-on.
     """
     whole = viewpoint.half_peak_angle(viewpoint.detectability(measured, truth["angle"]))
     peaks = measured["peak"].reindex(truth.index, fill_value=0.0)
@@ -374,7 +374,7 @@ def half_peak(measured, truth, *, seed=0, draws=200):
             viewpoint.half_peak_angle(pd.DataFrame({"angle": table.columns, "peak": medians}))
         )
     low, high = np.percentile(angles, [2.5, 97.5])
-    return Estimate(whole, float(low), float(high), len(table))
+    return Estimate(90 - whole, float(90 - high), float(90 - low), len(table))
 
 
 def steps_right(measured, truth, *, tolerance=0.1):

@@ -30,6 +30,7 @@ th, td { text-align: left; padding: .4rem .7rem; border-bottom: 1px solid var(--
 th { color: var(--quiet); font-weight: 600; } td.n { text-align: right;
   font-variant-numeric: tabular-nums; white-space: nowrap; }
 th.n { text-align: right; } code { font-size: .88em; } td code { white-space: nowrap; }
+summary { cursor: pointer; margin: 1rem 0; color: var(--blue); }
 .scroll { overflow-x: auto; border: 1px solid var(--line); border-radius: 10px; }
 .mark { border-radius: 99px; padding: .05rem .6rem; font-size: .82rem; white-space: nowrap; }
 .holds { background: #dff3ea; color: #14573f; } .fails { background: #fbe3e5; color: #86202e; }
@@ -83,8 +84,11 @@ def render(table, out):
         "Networks</i>, NIT Rourkela, 2013: re-run, measured on real people, and taken further. "
         f"Made by mcnlab {mcnlab.__version__}; every number below comes from a notebook of "
         "this run.</p></div></header><main>",
-        "<h2>Numbers</h2>",
+        "<h2>What the thesis claims in numbers</h2>",
+        _numbers([row for row in numbers if row["thesis"]]),
+        "<details><summary>All numbers of this run</summary>",
         _numbers(numbers),
+        "</details>",
         "<h2>The thesis, figure by figure</h2>",
         *(_article(entry, rows) for entry in thesis),
         "<h2>Beyond the thesis</h2>",

@@ -362,12 +362,12 @@ def shifted_grids(grid, *, steps=4):
 
 
 def shares_by_number(
-    scene, *, numbers, model, grid=None, methods=("votes", "greedy", "exact"), n_jobs=-1
+    scene, *, numbers, model, grid=None, methods=("votes", "greedy", "exact"), seed=0, n_jobs=-1
 ):
-    """Held-out shares as the number of cameras grows, one row a number and method."""
+    """Held-out shares as the number of cameras grows, one row a number and method; one split."""
     from joblib import Parallel, delayed
 
-    options = {"model": model, "grid": grid, "methods": methods, "splits": 1}
+    options = {"model": model, "grid": grid, "methods": methods, "splits": 1, "seed": seed}
     if len(numbers) == 0:
         raise ArgumentError("numbers is empty; pass at least one number of cameras.")
     found = Parallel(n_jobs=n_jobs)(

@@ -35,7 +35,8 @@ def plans(site, chosen):
         plotting.plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
         plotting.plot_served(site.targets, served, ax=ax)
         plotting.plot_cameras(cameras, site.model, method=method, cones=not site.model.pans, ax=ax)
-        ax.set_title(f"{method}: {share:.0%} of the walks it chose from")
+        ax.set_title(f"{method}: {share:.0%} of walker-seconds")
+    plotting.served_legend(axes.flat[0])
     for ax in axes.flat[len(chosen) :]:
         ax.axis("off")
     return figure
@@ -47,6 +48,8 @@ def plans(site, chosen):
     notebook=EXACT,
     claim="How much less do voted cameras see, of people whom no method has seen?",
     ids=(
+        "placement.corridor.price_of_voting",
+        "placement.pets.price_of_voting",
         "placement.price_of_voting",
         "placement.corridor.votes.square_on",
         "placement.corridor.exact.square_on",
@@ -66,7 +69,7 @@ def price_of_voting(shares):
     "how-many-cameras",
     "How many cameras?",
     notebook=EXACT,
-    claim="What does one more camera add?",
+    claim="What does one more camera add? How many see 60 % of what they were chosen from?",
     ids=("placement.corridor.fewest_for_0.6",),
 )
 def how_many(tables, *, required):

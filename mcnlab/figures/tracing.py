@@ -41,7 +41,7 @@ def corridor_sequence(frames, *, frame_rate, count=6):
 )
 def flow_to_feet(frame, motion, mask, feet):
     """Figure 2.8: (a) a frame, (b) its flow, (c) moving silhouettes and their feet."""
-    figure, axes = plt.subplots(1, 3, figsize=(12, 3.6))
+    figure, axes = plt.subplots(1, 3, figsize=(12, 2.7))
     plotting.plot_frame(frame, title="(a) frame", ax=axes[0])
     draw_flow(motion, title="(b) optical flow, Horn–Schunck", ax=axes[1])
     plotting.plot_frame(255 - mask, title="(c) silhouettes and feet", feet=feet, ax=axes[2])
@@ -53,8 +53,7 @@ def flow_to_feet(frame, motion, mask, feet):
     "Ways to find who moves",
     notebook=ABOVE,
     claim="What would one use today in place of Horn and Schunck?",
-    finding="Background subtraction keeps to the bodies; flow spreads over the floor about them, "
-    "the less the fewer the iterations.",
+    finding="Background subtraction keeps to the bodies; flow spreads over the floor about them.",
 )
 def finders(frame, motions, masks):
     """The same frame by every flow, and the silhouettes by every finder.

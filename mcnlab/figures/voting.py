@@ -50,6 +50,7 @@ def patterns():
     section="2.2.2",
     notebook=VOTE,
     claim="A cell has one direction, or several (chaos), or nobody passed it.",
+    finding="Red is the highest bin, blue its neighbours, grey the others, which decide.",
     ids=("placement.pets.directed", "placement.pets.chaos"),
 )
 def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
@@ -108,8 +109,8 @@ def path_band(scene, grid, placed):
     section="2.3",
     notebook=VOTE,
     claim="A cell with 15 walks whose angles agree is given their direction.",
-    finding="The cell whose number of walks is nearest to 15; no bin but the highest and its "
-    "neighbours reaches 0.8 of the highest.",
+    finding="The cell whose number of walks is nearest to 15 (its title says how many); no bin "
+    "(grey) but the highest (red) and its neighbours (blue) reaches 0.8 of the highest.",
 )
 def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
     """Figure 2.10: a directed cell with about so many walks."""

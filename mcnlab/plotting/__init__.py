@@ -15,6 +15,7 @@ from mcnlab.plotting.places import (
     plot_shares,
     plot_traces,
     plot_votes,
+    served_legend,
 )
 from mcnlab.plotting.style import (
     CHOICE_COLOURS,
@@ -91,5 +92,6 @@ __all__ = [
     "plot_traces",
     "plot_votes",
     "plot_width",
+    "served_legend",
     "use_style",
 ]

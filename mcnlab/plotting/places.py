@@ -256,9 +256,11 @@ def plot_mesh(grid, votes, *, humps=None, most=60, ax=None):
             )
     ax.set(xlabel="x (metres)", ylabel="y (metres)", zlabel="perpendiculars")
     left, bottom, right, top = grid.area
-    ax.set_box_aspect(
-        (right - left, max(top - bottom, 0.4 * (right - left)), 0.45 * (right - left))
-    )
+    wide = right - left
+    ax.set_box_aspect((wide, max(top - bottom, 0.4 * wide), 0.45 * wide), zoom=1.1)
+    ax.xaxis.labelpad = 10
+    ax.locator_params(axis="x", nbins=5)
+    ax.locator_params(axis="y", nbins=3)
     return ax
 
 
@@ -332,6 +334,14 @@ def plot_served(targets, served, *, ax=None):
     served = np.asarray(served, bool)
     for chosen, colour, size in ((~served, PALE, 3), (served, SEEN, 5)):
         ax.plot(targets[X][chosen], targets[Y][chosen], ".", color=colour, ms=size, zorder=1)
+    return ax
+
+
+def served_legend(ax):
+    """Say on one of several maps what dark and pale walker-seconds are."""
+    for colour, name in ((SEEN, "seen square-on"), (PALE, "not")):
+        ax.plot([], [], ".", color=colour, ms=8, label=name)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, -0.02), ncols=2, fontsize=8)
     return ax
 
 

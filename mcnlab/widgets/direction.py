@@ -13,7 +13,7 @@ from mcnlab.direction import LinearSeparators, group_of, leave_one_subject_out
 from mcnlab.errors import SilhouetteError
 from mcnlab.evaluation import judge_headings, truth_of
 from mcnlab.silhouettes import MIN_AREA, find_body
-from mcnlab.widgets.panel import Panel, decimal_slider, label, slider
+from mcnlab.widgets.panel import Panel, choices, decimal_slider, label, slider
 
 
 def silhouette_panel(masks, *, seed=0):
@@ -85,7 +85,7 @@ def mirror_panel(recording):
     return Panel(
         draw,
         {
-            "sequence": ipywidgets.Dropdown(options=oblique, **label("walk", width="480px")),
+            "sequence": ipywidgets.Dropdown(options=oblique, **label("walk", width="500px")),
             "every": slider("every … frames", 2, 30, 10),
         },
         columns=2,
@@ -116,7 +116,7 @@ def phase_panel(recording):
         draw,
         {
             "sequence": ipywidgets.Dropdown(
-                options=list(judge.walks), **label("walk", width="480px")
+                options=list(judge.walks), **label("walk", width="500px")
             ),
             **_phase_controls(),
         },
@@ -217,14 +217,10 @@ class _PhaseJudge:
 
 def _phase_controls():
     return {
-        "dimension": ipywidgets.ToggleButtons(
-            options=[("height", H), ("width", W)], **label("curve")
-        ),
+        "dimension": choices("curve", [("height", H), ("width", W)]),
         "prominence": decimal_slider("prominence (px)", 0, 10, phase.PROMINENCE, step=0.5),
         "spacing": slider("spacing (frames)", 1, 15, phase.SPACING),
-        "soft_rule": ipywidgets.ToggleButtons(
-            options=[("drop", "line"), ("keep", "keep")], **label("soft extrema")
-        ),
+        "soft_rule": choices("soft extrema", [("drop", "line"), ("keep", "keep")]),
     }
 
 

@@ -18,6 +18,8 @@ from matplotlib.figure import Figure
 from mcnlab.errors import McnError
 from mcnlab.ground import GridMap
 
+LABEL_WIDTH = 150  # pixels
+
 
 class Panel(ipywidgets.VBox):
     """Controls above a picture and a line of text.
@@ -49,7 +51,7 @@ class Panel(ipywidgets.VBox):
         self.draw = draw
         self.controls = controls
         self.picture = ipywidgets.Image(
-            format="png", layout={"max_width": "100%", "align_self": "flex-start"}
+            format="png", layout={"max_width": "calc(100% - 4px)", "align_self": "flex-start"}
         )
         self.text = ipywidgets.HTML()
         # Fixed margins: laying out anew at every move would cost as much as drawing.
@@ -70,7 +72,7 @@ class Panel(ipywidgets.VBox):
         self._drawn = None
         for control in controls.values():
             control.observe(self._follow, names="value")
-        super().__init__([*controls.values(), self.text, self.picture])
+        super().__init__([*map(_in_line, controls.values()), self.text, self.picture])
         self._follow()
 
     def _repr_mimebundle_(self, **options):
@@ -132,7 +134,8 @@ class CellPicker(ipywidgets.VBox):
         self.map = GridMap.over(area, cell=block)
         self._buttons = {
             (row, column): ipywidgets.ToggleButton(
-                tooltip=f"x {x:.1f} m, y {y:.1f} m", layout={"width": "22px", "height": "18px"}
+                tooltip=f"x {x:.1f} m, y {y:.1f} m",
+                layout={"width": "22px", "height": "18px", "padding": "0"},
             )
             for row in range(self.map.rows)
             for column in range(self.map.columns)
@@ -170,18 +173,40 @@ class CellPicker(ipywidgets.VBox):
 def slider(text, low, high, value, *, step=1):
     """A slider over whole numbers."""
     return ipywidgets.IntSlider(
-        value=value, min=low, max=high, step=step, **label(text, width="480px")
+        value=value, min=low, max=high, step=step, **label(text, width="500px")
     )
+
+
+def choices(text, options, *, value=None):
+    """Buttons of which one is pressed; the first if no value is given."""
+    style = {"button_width": "auto"}
+    held = ipywidgets.ToggleButtons(options=options, description=text, style=style)
+    if value is not None:
+        held.value = value
+    return held
+
+
+def _in_line(control):
+    """A control with what it says of itself in front of it.
+
+    Toggle buttons do not do that themselves: JupyterLab puts their description above them.
+    """
+    if not isinstance(control, ipywidgets.ToggleButtons):
+        return control
+    room = {"width": f"{LABEL_WIDTH}px", "margin": "2px 8px 2px 2px"}
+    said = ipywidgets.Label(control.description, layout={**room, "justify_content": "flex-end"})
+    control.description = ""
+    return ipywidgets.HBox([said, control])
 
 
 def label(text, *, width="auto"):
     """What a control says of itself, and how wide it is."""
-    style = {"description_width": "130px"}
+    style = {"description_width": f"{LABEL_WIDTH}px"}
     return {"description": text, "style": style, "layout": {"width": width}}
 
 
 def decimal_slider(text, low, high, value, *, step):
     """A slider over decimal numbers."""
     return ipywidgets.FloatSlider(
-        value=value, min=low, max=high, step=step, **label(text, width="480px")
+        value=value, min=low, max=high, step=step, **label(text, width="500px")
     )

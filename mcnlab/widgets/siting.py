@@ -9,7 +9,7 @@ from mcnlab.coverage import CameraModel
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.voting import draw_cells
 from mcnlab.ground import GridMap
-from mcnlab.widgets.panel import CellPicker, Panel, decimal_slider, label, slider
+from mcnlab.widgets.panel import CellPicker, Panel, choices, decimal_slider, label, slider
 
 PATIENCE = 2.0  # s; a proof that takes longer is cut short, and the bound says so
 
@@ -54,11 +54,16 @@ def gait_panel(boxes, truth, *, frame_rate):
         draw,
         {
             "subject": ipywidgets.Dropdown(
-                options=sorted(truth["subject"].unique()), **label("walker", width="480px")
+                options=sorted(truth["subject"].unique()), **label("walker", width="500px")
             ),
-            "angle": slider("view angle (°)", int(angles[0]), int(angles[-1]), 60, step=5),
+            "angle": ipywidgets.SelectionSlider(
+                options=[int(held) for held in angles],
+                value=int(min(angles, key=lambda held: abs(held - 60))),
+                **label("view angle (°)", width="500px"),
+            ),
         },
         columns=2,
+        margins={"wspace": 0.35},
     )
 
 
@@ -90,12 +95,11 @@ def flow_panel(frames):
             "alpha": decimal_slider("weight α (grey levels)", 1, 40, flow.ALPHA, step=1),
             "iterations": slider("iterations", 5, 200, 20, step=5),
             "speed": decimal_slider("speed (px a frame)", 0.1, 3, 0.5, step=0.1),
-            "pyramid": ipywidgets.ToggleButtons(
-                options=[("pyramid", True), ("one level, as in 1981", False)], **label("flow")
-            ),
+            "pyramid": choices("flow", [("pyramid", True), ("one level, as in 1981", False)]),
         },
         columns=2,
-        margins={"left": 0.01, "right": 0.99, "bottom": 0.02},
+        figsize=(8, 2.9),
+        margins={"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.98, "wspace": 0.04},
     )
 
 
@@ -124,7 +128,7 @@ def vote_panel(scene):
             n=n,
             chaos_ratio=chaos_ratio,
             least_traces=least_traces,
-            forbidden=barred if forbidden else None,
+            forbidden=barred | siting.no_floor(scene, grid),
             angles=angles,
         )
         plotting.plot_mesh(grid, placed.votes, most=24, ax=mesh)
@@ -134,7 +138,9 @@ def vote_panel(scene):
         plan.plot(placed.places[X], placed.places[Y], "^", ms=11, color=plotting.UPPER, mec="white")
         counts = np.bincount(placed.cells.kind.ravel(), minlength=3)
         return (
-            f"<b>{len(placed.humps)} humps</b>; {counts[cells.DIRECTED]} directed cells, "
+            f"<b>humps: {len(placed.humps)}</b>; cameras at "
+            f"{', '.join(f'({hump.row}, {hump.column})' for hump in placed.places.itertuples())}; "
+            f"{counts[cells.DIRECTED]} directed cells, "
             f"{counts[cells.CHAOS]} chaos, {counts[cells.NO_LOCUS]} without a locus; "
             f"most votes in one cell: {placed.votes.max()}"
         )
@@ -151,7 +157,7 @@ def vote_panel(scene):
         columns=2,
         figsize=(11, 3.8),
         solid=(0,),
-        margins={"left": 0.02, "bottom": 0.14, "wspace": 0.1},
+        margins={"left": 0.02, "bottom": 0.14, "wspace": 0.2},
     )
 
 
@@ -191,18 +197,12 @@ def choice_panel(scene, *, model):
         proof = "" if choice is None else f", none sees more than {choice.bound:.3f}"
         return f"seen square-on: <b>{seen.mean():.3f}</b> of {len(seen)} walker-seconds{proof}"
 
-    return Panel(
+    panel = Panel(
         draw,
         {
-            "method": ipywidgets.ToggleButtons(
-                options=["swaps", "exact", "greedy", "votes", "area"], **label("method")
-            ),
+            "method": choices("method", ["swaps", "exact", "greedy", "votes", "area"]),
             "n": slider("cameras", 1, 8, 3),
-            "pans": ipywidgets.ToggleButtons(
-                options=[("pans (PTZ)", True), ("fixed", False)],
-                value=model.pans,
-                **label("camera"),
-            ),
+            "pans": choices("camera", [("pans (PTZ)", True), ("fixed", False)], value=model.pans),
             "field_of_view": slider("field of view (°)", 20, 120, round(model.field_of_view)),
             "reach": slider("range (m)", 2, max(30, round(model.reach)), round(model.reach)),
             "square_within": slider("off square-on (°)", 5, 45, round(model.square_within)),
@@ -210,3 +210,8 @@ def choice_panel(scene, *, model):
         },
         figsize=(8, 4),
     )
+    # A camera that pans looks everywhere.
+    ipywidgets.dlink(
+        (panel.controls["pans"], "value"), (panel.controls["field_of_view"], "disabled")
+    )
+    return panel
