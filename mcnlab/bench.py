@@ -63,11 +63,11 @@ def bench(out):
     rows = []
     benchmarks = (
         time_import,
+        time_videos,
+        time_all_videos,
         time_flow,
         time_votes,
         time_choices,
-        time_videos,
-        time_all_videos,
         time_panels,
         time_siting_panels,
     )
