@@ -24,35 +24,6 @@ from mcnlab.errors import ArgumentError
 from mcnlab.ground import GridMap
 
 
-def walk(course, speed=1.2, *, frame_rate=25.0, seconds=4.0, start=(0.0, 0.0), trace="a"):
-    """A straight walk, course in degrees."""
-    frame = np.arange(int(seconds * frame_rate) + 1)
-    far = speed * frame / frame_rate
-    turn = np.deg2rad(course)
-    x, y = start[0] + far * np.cos(turn), start[1] + far * np.sin(turn)
-    return pd.DataFrame({"trace": trace, "frame": frame, "x": x, "y": y})
-
-
-def camera(x, y, heading=0.0):
-    return pd.DataFrame({"x": [x], "y": [y], "heading": [heading]})
-
-
-def target(x, y, course):
-    return pd.DataFrame({"x": [x], "y": [y], "course": [course]})
-
-
-def turned(table, angle):
-    """The table's places turned about the origin, degrees."""
-    c, s = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
-    out = table.assign(x=c * table["x"] - s * table["y"], y=s * table["x"] + c * table["y"])
-    for name in {"course", "heading"} & set(table.columns):
-        out[name] = (table[name] + angle) % 360
-    return out
-
-
-# Choosing
-
-
 @st.composite
 def instances(draw):
     n, m = draw(st.integers(1, 14)), draw(st.integers(1, 8))

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from mcnlab import bundled
-from mcnlab.columns import SEQUENCE
+from mcnlab.columns import SEQUENCE, TRACE
 from mcnlab.datasets.casia import find_sequences, read_directions
 from mcnlab.datasets.mirror import OBLIQUE, mirror_boxes, mirror_masks
 from mcnlab.datasets.pedestrians import PETS, read_pets, read_tsai_place
@@ -180,7 +180,19 @@ def test_the_bundled_pets_headings_are_what_is_measured_now(pets, recordings):
 
 def test_the_noted_checksum_is_the_pets_files(pets, recordings):
     note = json.loads((bundled.BUNDLED / PETS / "provenance.json").read_text())
-    assert sha256_of(pets, root=recordings) == note["sha256 of the sources"]
+    sources = [*pets, recordings / PETS / "vtest.mp4"]
+    assert sha256_of(sources, root=recordings) == note["sha256 of the sources"]
+
+
+def test_the_bundled_pets_traces_are_what_is_measured_now(recordings):
+    finders = ["background", "horn-schunck"]
+    now = bundled.measure_pets2009_traces(recordings, finders=finders)
+    for table, kept in zip(now, bundled.pets2009_traces(finders), strict=True):
+        assert table["method"].tolist() == kept["method"].tolist()
+        assert table[TRACE].astype(str).tolist() == kept[TRACE].tolist()
+        numbers = table.select_dtypes(float).columns
+        # Rounded to four decimals.
+        assert table[numbers].to_numpy() == pytest.approx(kept[numbers].to_numpy(), abs=1e-3)
 
 
 def test_the_pets_camera_stands_seven_metres_high(pets):
