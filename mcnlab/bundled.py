@@ -28,7 +28,7 @@ from mcnlab.datasets.scene import Scene, area_of
 from mcnlab.datasets.video import open_video
 from mcnlab.datasets.walkers import make_walks
 from mcnlab.direction import turn_between
-from mcnlab.errors import DatasetError
+from mcnlab.errors import DatasetError, require_choice
 from mcnlab.files import sha256_of, write_whole
 from mcnlab.perspective import measure_headings
 from mcnlab.silhouettes import MIN_AREA, measure_sequences
@@ -263,6 +263,8 @@ def pets2009_traces(finders=tuple(PETS_FINDERS)):
     McnError
         When files are missing or damaged.
     """
+    for finder in finders:
+        require_choice("finders", finder, tuple(PETS_FINDERS))
     folder = data_folder()
     if folder is None or not all(path.is_file() for path in _pets_video_files(folder)):
         held = BUNDLED / pedestrians.PETS

@@ -17,7 +17,7 @@ from mcnlab.__main__ import main
 from mcnlab.columns import check_boxes
 from mcnlab.datasets.mirror import SUFFIX
 from mcnlab.direction import turn_between
-from mcnlab.errors import DatasetError, McnError
+from mcnlab.errors import ArgumentError, DatasetError, McnError
 
 # CASIA A has twelve walks a subject, two in each of directions 1, 2, 3, 5, 6 and 7; the
 # four oblique ones are mirrored: sixteen (thesis 3.1).
@@ -283,3 +283,8 @@ def test_the_command_line_tells_a_damaged_table(note, monkeypatch, capsys):
     monkeypatch.setattr(bundled.check_bundled, "__defaults__", (note(),))
     assert main(["data"]) == 1
     assert "False" in capsys.readouterr().out
+
+
+def test_a_finder_that_is_not_held_is_named():
+    with pytest.raises(ArgumentError, match="finders is 'haar'"):
+        bundled.pets2009_traces(["background", "haar"])
