@@ -19,7 +19,7 @@ import pandas as pd
 import mcnlab
 from mcnlab import columns, traces
 from mcnlab.columns import FRAME, SEQUENCE, TRACE, X, Y
-from mcnlab.datasets import casia, corridor, middlebury, pedestrians, trajectories
+from mcnlab.datasets import casia, corridor, middlebury, motchallenge, pedestrians, trajectories
 from mcnlab.datasets.mirror import add_mirrored, mirror_direction, mirror_masks
 from mcnlab.datasets.motions import MOTIONS, make_motion
 from mcnlab.datasets.noise import SegmentationNoise, add_noise
@@ -32,10 +32,15 @@ from mcnlab.errors import DatasetError, require_choice
 from mcnlab.files import sha256_of, write_whole
 from mcnlab.perspective import measure_headings
 from mcnlab.silhouettes import MIN_AREA, measure_sequences
+from mcnlab.speed import compare_speeds, find_place
 
 BUNDLED = Path(__file__).resolve().parent.parent / "data"
 VARIABLE = "MCNLAB_DATA"
 PETS_WINDOW = 7  # frames, one second
+TUD = "tud-stadtmitte"
+# Pixels, 1.2 frame widths: nothing is published.  Sideways speed does not need it.
+TUD_FOCAL_LENGTH = 768.0
+SPEED_SECONDS = (0.5, 1.0, 2.0)  # windows of the speed tables
 # The finders of people that are held against each other; the thesis's is that of 1981.
 PETS_FINDERS = {
     "background": "background",
@@ -226,6 +231,70 @@ def measure_pets2009(folder):
     return table.round(dict.fromkeys(table.select_dtypes(float).columns, 4))
 
 
+def apparent_speeds(name):
+    """Apparent, relative and true speed of real people, window by window.
+
+    Parameters
+    ----------
+    name : {"pets", "tud"}
+        PETS 2009 S2.L1, View 1, or TUD-Stadtmitte.
+
+    Returns
+    -------
+    pandas.DataFrame
+        As of `speed.compare_speeds`, for windows of `SPEED_SECONDS`.
+
+    Raises
+    ------
+    McnError
+        When there is no such name, or files are missing or damaged.
+    """
+    require_choice("name", name, ("pets", "tud"))
+    held, files, measure = {
+        "pets": (pedestrians.PETS, _pets_files, measure_pets2009_speeds),
+        "tud": (TUD, _tud_files, measure_tud_speeds),
+    }[name]
+    folder = data_folder()
+    if folder is None or not all(path.is_file() for path in files(folder)):
+        return read_table(BUNDLED / held / "speeds.csv.gz", dtype={SEQUENCE: str})
+    return measure(folder)
+
+
+def measure_pets2009_speeds(folder):
+    """Measure the speeds of PETS 2009 from the recordings in `folder`."""
+    boxes, calibration, positions = _pets_files(folder)
+    table = compare_speeds(
+        pedestrians.read_pets(boxes.parent),
+        pedestrians.read_mot_world(positions),
+        place=pedestrians.read_tsai_place(calibration),
+        focal_length=pedestrians.PETS_FOCAL_LENGTH,
+        seconds=SPEED_SECONDS,
+    )
+    return _as_kept(table)
+
+
+def measure_tud_speeds(folder):
+    """Measure the speeds of TUD-Stadtmitte from the recordings in `folder`."""
+    positions = _tud_files(folder)[0]
+    recording = motchallenge.read_sequence(positions.parents[1])
+    world = pedestrians.read_mot_world(positions)
+    world[FRAME] += 1  # boxes count from 1, as their file does
+    table = compare_speeds(
+        recording,
+        world,
+        place=find_place(recording, world),
+        focal_length=TUD_FOCAL_LENGTH,
+        seconds=SPEED_SECONDS,
+    )
+    return _as_kept(table)
+
+
+def _as_kept(table):
+    """Speeds rounded as they are kept, so that the bundled table and a new one agree."""
+    places = dict.fromkeys(table.select_dtypes(float).columns, 4)
+    return table.round(places | {"share": 6})
+
+
 def flow_sequences():
     """Pairs of frames with true flow: Middlebury's, or made ones without them.
 
@@ -367,7 +436,8 @@ def measure_all(folder, out, *, progress=False):
     folder : path-like
         Laid out as ``MCNLAB_DATA``.
     out : path-like
-        Gets ``casia-a/`` and ``pets2009/``, each with a table and ``provenance.json``.
+        Gets ``casia-a/``, ``pets2009/`` and ``tud-stadtmitte/``, each with its tables and
+        ``provenance.json``.
     progress : bool, optional
         Show a progress bar.
 
@@ -379,7 +449,7 @@ def measure_all(folder, out, *, progress=False):
     Raises
     ------
     DatasetError
-        When the folder holds neither dataset, or a sequence is damaged.
+        When the folder holds none of these datasets, or a sequence is damaged.
     """
     folder, out = Path(folder), Path(out)
     written = []
@@ -406,6 +476,7 @@ def measure_all(folder, out, *, progress=False):
     tables, files = {}, []
     if all(path.is_file() for path in _pets_files(folder)):
         tables["headings.csv.gz"] = measure_pets2009(folder)
+        tables["speeds.csv.gz"] = measure_pets2009_speeds(folder)
         files += _pets_files(folder)
     if all(path.is_file() for path in _pets_video_files(folder)):
         tables["traces.csv.gz"], tables["feet.csv.gz"] = measure_pets2009_traces(folder)
@@ -415,16 +486,29 @@ def measure_all(folder, out, *, progress=False):
             out / pedestrians.PETS,
             tables,
             {
-                "dataset": "PETS 2009 S2.L1 View 1: one-second headings, traces of feet",
+                "dataset": "PETS 2009 S2.L1 View 1: headings, speeds, traces of feet",
                 "credit": "J. Ferryman and A. Shahrokni, PETS2009: Dataset and challenge, 2009; "
                 "world positions from MOTChallenge 2015 (CC BY-NC-SA 3.0)",
                 "sha256 of the sources": sha256_of(files, root=folder),
             },
         )
+    if all(path.is_file() for path in _tud_files(folder)):
+        written += _write_tables(
+            out / TUD,
+            {"speeds.csv.gz": measure_tud_speeds(folder)},
+            {
+                "dataset": "TUD-Stadtmitte: speeds",
+                "credit": "M. Andriluka, S. Roth and B. Schiele, Monocular 3D pose estimation and "
+                "tracking by detection, CVPR 2010; boxes and world positions from MOTChallenge "
+                "2015 (CC BY-NC-SA 3.0)",
+                "sha256 of the sources": sha256_of(_tud_files(folder), root=folder),
+            },
+        )
     if not written:
         raise DatasetError(
             f"folder {str(folder)!r} holds neither {casia.NAME}/silhouettes nor "
-            f"{pedestrians.PETS}/PETS2009-S2L1.xml; name the folder that holds them."
+            f"{pedestrians.PETS}/PETS2009-S2L1.xml nor motchallenge/TUD-Stadtmitte; name the "
+            "folder that holds them."
         )
     return written
 
@@ -493,6 +577,12 @@ def _pets_files(folder):
         folder / pedestrians.PETS / "View_001.xml",
         folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt",
     ]
+
+
+def _tud_files(folder):
+    """Boxes with world positions, and the frame, of TUD-Stadtmitte under a data folder."""
+    held = Path(folder) / "motchallenge" / "TUD-Stadtmitte"
+    return [held / "gt" / "gt.txt", held / "seqinfo.ini"]
 
 
 def _pets_video_files(folder):

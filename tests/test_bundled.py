@@ -53,7 +53,8 @@ def test_the_bundled_tables_are_those_that_were_measured():
     table = bundled.check_bundled()
     assert set(table["table"]) == {
         "casia-a/boxes.csv.gz",
-        *(f"pets2009/{name}.csv.gz" for name in ("headings", "traces", "feet")),
+        *(f"pets2009/{name}.csv.gz" for name in ("headings", "speeds", "traces", "feet")),
+        "tud-stadtmitte/speeds.csv.gz",
     }
     assert table["sound"].all()
     for row in table.itertuples():

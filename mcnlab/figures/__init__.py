@@ -5,7 +5,7 @@ A notebook shows each figure that it covers; a reproduction keeps the picture as
 """
 
 # Chapter by chapter; each module enters its figures.
-from mcnlab.figures import choosing, direction, gait, tracing, voting  # noqa: F401
+from mcnlab.figures import choosing, direction, gait, occlusion, speed, tracing, voting  # noqa: F401
 from mcnlab.figures.direction import example_walk
 from mcnlab.figures.registry import FIGURES, NOTEBOOKS, START, draw, show
 

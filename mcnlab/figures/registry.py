@@ -18,8 +18,10 @@ SQUARE, ABOVE = "see_gait_square_on", "trace_walkers_from_above"
 VOTE, EXACT = "vote_for_camera_places", "place_cameras_exactly"
 MIRROR, TRACE = "mirror_casia_a", "trace_silhouette_curves"
 SEPARATE, READ = "separate_directions_in_phase_space", "read_heading_from_perspective"
+SPEED = "bin_apparent_speed"
+TABULATE = "tabulate_occlusion"
 # In reading order.
-NOTEBOOKS = (START, SQUARE, ABOVE, VOTE, EXACT, MIRROR, TRACE, SEPARATE, READ)
+NOTEBOOKS = (START, SQUARE, ABOVE, VOTE, EXACT, MIRROR, TRACE, SEPARATE, READ, SPEED, TABULATE)
 
 
 @dataclass(frozen=True)

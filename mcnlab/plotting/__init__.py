@@ -2,6 +2,13 @@
 
 from mcnlab.plotting.gait import plot_by_angle, plot_rhythm, plot_timeline, plot_width
 from mcnlab.plotting.images import plot_flow, plot_frame
+from mcnlab.plotting.occlusion import (
+    RULE_COLOURS,
+    plot_direction_table,
+    plot_forecast,
+    plot_speed_table,
+    plot_two_walkers,
+)
 from mcnlab.plotting.places import (
     plot_band,
     plot_cameras,
@@ -17,6 +24,7 @@ from mcnlab.plotting.places import (
     plot_votes,
     served_legend,
 )
+from mcnlab.plotting.speed import plot_by_distance, plot_by_level, plot_law, plot_levels
 from mcnlab.plotting.style import (
     CHOICE_COLOURS,
     CHOICE_MARKERS,
@@ -28,6 +36,9 @@ from mcnlab.plotting.style import (
     LOWER,
     METHOD_COLOURS,
     PALE,
+    SPEED_COLOURS,
+    SPEED_HATCHES,
+    SPEED_MARKERS,
     UPPER,
     use_style,
 )
@@ -59,6 +70,10 @@ __all__ = [
     "LOWER",
     "METHOD_COLOURS",
     "PALE",
+    "RULE_COLOURS",
+    "SPEED_COLOURS",
+    "SPEED_HATCHES",
+    "SPEED_MARKERS",
     "UPPER",
     "colour_of",
     "group_legend",
@@ -67,17 +82,23 @@ __all__ = [
     "plot_band",
     "plot_boxes",
     "plot_by_angle",
+    "plot_by_distance",
+    "plot_by_level",
     "plot_cameras",
     "plot_cells",
     "plot_curves",
+    "plot_direction_table",
     "plot_directions",
     "plot_flow",
     "plot_forbidden",
+    "plot_forecast",
     "plot_frame",
     "plot_ground",
     "plot_heading_errors",
     "plot_histogram",
     "plot_horizon",
+    "plot_law",
+    "plot_levels",
     "plot_lines",
     "plot_mask",
     "plot_mesh",
@@ -88,8 +109,10 @@ __all__ = [
     "plot_rhythm",
     "plot_served",
     "plot_shares",
+    "plot_speed_table",
     "plot_timeline",
     "plot_traces",
+    "plot_two_walkers",
     "plot_votes",
     "plot_width",
     "served_legend",

@@ -54,6 +54,10 @@ FLOW_HATCHES = {
     "farneback": "\\\\\\",
     "dis": "...",
 }
+# Speed levels v1, v2, v3: darker is faster; told apart in grey, by marker and by hatch too.
+SPEED_COLOURS = {1: "#f0a63c", 2: "#c0436a", 3: "#3b1f5b"}
+SPEED_MARKERS = {1: "o", 2: "^", 3: "s"}
+SPEED_HATCHES = {1: "", 2: "//", 3: "xx"}
 DENSITY = "YlGnBu"
 INK, PALE = "#222222", "#b8bcc2"
 UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"

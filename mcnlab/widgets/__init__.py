@@ -10,19 +10,24 @@ from mcnlab.widgets.direction import (
     separator_panel,
     silhouette_panel,
 )
+from mcnlab.widgets.occlusion import TablePicker, occlusion_panel
 from mcnlab.widgets.panel import CellPicker, Panel
 from mcnlab.widgets.siting import choice_panel, flow_panel, gait_panel, vote_panel
+from mcnlab.widgets.speed import speed_panel
 
 __all__ = [
     "CellPicker",
     "Panel",
+    "TablePicker",
     "choice_panel",
     "flow_panel",
     "gait_panel",
     "heading_panel",
     "mirror_panel",
+    "occlusion_panel",
     "phase_panel",
     "separator_panel",
     "silhouette_panel",
+    "speed_panel",
     "vote_panel",
 ]

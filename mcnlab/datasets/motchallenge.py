@@ -1,0 +1,469 @@
+"""People boxed by hand in the MOTChallenge benchmark's format.
+
+A sequence is a folder that holds ``gt/gt.txt`` and ``seqinfo.ini``.  The truth comes in two
+formats, told apart by what the file holds:
+
+nine columns (MOT16, MOT17, MOT20)
+    ``frame, id, left, top, width, height, conf, class, visibility``.  Class 1 is a pedestrian;
+    the others are vehicles, static people, reflections and the like.  A class of −1 throughout
+    means that the classes are not known: everyone counts.
+ten columns (MOT15)
+    ``frame, id, left, top, width, height, conf, X, Y, Z``, world metres, or −1 where they are
+    not known.  Everyone is a pedestrian.
+
+Some tools append a tenth column to the first format.  Ten columns are taken for that when every
+row has a whole number of at least 1 for the class and a visibility from 0 to 1; no one's world
+metres are like that.  In both formats rows with conf 0 are to be ignored.
+
+Some of the cameras move.  `moves` knows which of the benchmark's own do, and estimates it from
+the boxes for any other.
+
+References
+----------
+L. Leal-Taixé, A. Milan, I. Reid, S. Roth and K. Schindler, "MOTChallenge 2015: Towards a
+benchmark for multi-target tracking", arXiv:1504.01942.
+A. Milan, L. Leal-Taixé, I. Reid, S. Roth and K. Schindler, "MOT16: A benchmark for
+multi-object tracking", arXiv:1603.00831.
+P. Dendorfer et al., "MOT20: A benchmark for multi object tracking in crowded scenes",
+arXiv:2003.09003.
+"""
+
+import configparser
+import re
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from mcnlab.columns import (
+    CX,
+    CY,
+    FRAME,
+    FRAME_LIMIT,
+    PIXEL_LIMIT,
+    SEQUENCE,
+    SUBJECT,
+    H,
+    W,
+    X,
+    Y,
+)
+from mcnlab.datasets.recording import Recording
+from mcnlab.errors import DatasetError, McnError
+
+PEDESTRIAN: Final = 1  # of the classes of MOT16, MOT17 and MOT20
+
+# The benchmark's own word for its cameras.  MOT16 has the videos of MOT17; all of MOT20 are
+# static, though some sway a little.
+STATIC: Final = frozenset(
+    {f"mot17-{number:02d}" for number in (1, 2, 3, 4, 8, 9)}
+    | {f"mot20-{number:02d}" for number in range(1, 9)}
+    | {"adl-rundle-3", "adl-rundle-6", "avg-towncentre", "kitti-16", "kitti-17", "pets09-s2l1"}
+    | {"pets09-s2l2", "tud-campus", "tud-crossing", "tud-stadtmitte", "venice-1", "venice-2"}
+)
+MOVING: Final = frozenset(
+    {f"mot17-{number:02d}" for number in (5, 6, 7, 10, 11, 12, 13, 14)}
+    | {"adl-rundle-1", "adl-rundle-8", "eth-bahnhof", "eth-crossing", "eth-jelmoli"}
+    | {"eth-linthescher", "eth-pedcross2", "eth-sunnyday", "kitti-13", "kitti-19"}
+)
+# Share of the boxes' acceleration that all have in common, above which a camera is taken to
+# move.  Ten seconds of any of the four static sequences at hand stay below 0.27, and a whole
+# sequence below 0.06.  A bob of 0.1 % of the frame's width at two steps a second, added to
+# them, gives more than 0.7, and a pan to and fro by 2 % every four seconds more than 0.4.
+SHARED: Final = 0.3
+_SPANS: Final = (0.25, 0.5)  # seconds between the three boxes of an acceleration
+
+_FIELDS: Final = ("frame", "id", "left", "top", "width", "height", "conf")
+_FRAME, _ID, _LEFT, _TOP, _WIDTH, _HEIGHT, _CONF, _CLASS, _VISIBILITY = range(9)
+_INFO: Final = ("frameRate", "imWidth", "imHeight")  # the keys of seqinfo.ini that are needed
+_ID_LIMIT: Final = 2.0**53  # beyond, whole numbers are rounded
+_NUMBER: Final = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
+_PLAIN: Final = re.compile(rb" *-?\d{1,15}(\.\d*)?( *, *-?\d{1,15}(\.\d*)?){8} *\r?\n")  # sound
+
+
+def find_sequences(folder):
+    """The sequences of a folder whose truth is there.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds ``<NAME>/gt/gt.txt`` and ``<NAME>/seqinfo.ini``.
+
+    Returns
+    -------
+    list of Path
+        The sequences' folders, sorted; empty when there is none.  Folders without
+        ``gt/gt.txt``, such as the benchmark's test sequences, are not among them;
+        `read_sequences` names them.
+
+    Raises
+    ------
+    DatasetError
+        When the folder does not exist.
+    """
+    return [path for path in _folders(folder) if _truth_of(path).exists()]
+
+
+def read_sequence(folder):
+    """The pedestrians of one sequence, as a recording of one camera.
+
+    Boxes may reach beyond the frame; they are kept as annotated, in the file's own pixels
+    (the benchmark counts them from 1).
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds ``gt/gt.txt`` and ``seqinfo.ini``.
+
+    Returns
+    -------
+    Recording
+        Named after the folder, in lower case.  A sequence is a person, ordered by id; frames
+        are those of the file, from 1.
+
+    Raises
+    ------
+    DatasetError
+        When a file is missing or damaged, or there is no pedestrian; the message names the
+        line and the column.
+    """
+    folder = Path(folder)
+    path = _truth_of(folder)
+    values = _read_values(path)
+    people = values[:, _CONF] > 0
+    classes = _has_classes(values)
+    if classes:
+        people &= values[:, _CLASS] == PEDESTRIAN
+    _check_rows(path, values, people, classes=classes)
+    order = np.lexsort((values[:, _FRAME], values[:, _ID]))
+    held = values[order[people[order]]]
+    numbers, codes = np.unique(held[:, _ID], return_inverse=True)
+    names = np.array([str(int(number)) for number in numbers], dtype=object)
+    boxes = pd.DataFrame(
+        {
+            SEQUENCE: names[codes],
+            SUBJECT: names[codes],
+            FRAME: held[:, _FRAME].astype(np.int64),
+            X: held[:, _LEFT],
+            Y: held[:, _TOP],
+            W: held[:, _WIDTH],
+            H: held[:, _HEIGHT],
+            CX: held[:, _LEFT] + held[:, _WIDTH] / 2,
+            CY: held[:, _TOP] + held[:, _HEIGHT] / 2,
+        }
+    )
+    frame_rate, width, height = _read_info(folder / "seqinfo.ini")
+    # A folder given as "." has a name, too, once it is resolved.
+    return Recording(folder.resolve().name.lower(), boxes, frame_rate, width, height)
+
+
+def read_sequences(folder):
+    """Read every sequence of a folder, each truth once.
+
+    MOT17 holds each of its sequences three times, once for each public detector, with the same
+    truth: of sequences with the same boxes the first is kept.
+
+    Parameters
+    ----------
+    folder : path-like
+        As in `find_sequences`.
+
+    Returns
+    -------
+    recordings : list of Recording
+        Sorted by folder.
+    problems : tuple of str
+        One sentence a folder that is left out: copies, damaged ones, ones without truth.
+
+    Raises
+    ------
+    DatasetError
+        When the folder does not exist.
+    """
+    recordings, problems, first, taken = [], [], {}, set()
+    for path in _folders(folder):
+        if not _truth_of(path).exists():
+            problems.append(f"{path.name} is left out: it has no gt/gt.txt (a test sequence?).")
+            continue
+        try:
+            recording = read_sequence(path)
+        except McnError as fault:
+            problems.append(f"{path.name} is left out: {fault}")
+            continue
+        key = _fingerprint(recording)
+        if key in first:
+            problems.append(f"{path.name} is left out: its boxes are those of {first[key]}.")
+            continue
+        if recording.name in taken:
+            problems.append(f"{path.name} is left out: another is called {recording.name}, too.")
+            continue
+        first[key] = path.name
+        taken.add(recording.name)
+        recordings.append(recording)
+    return recordings, tuple(problems)
+
+
+def moves(recording):
+    """Whether the camera moves: as the benchmark says, or by an estimate for other names.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    bool
+        For a name that the benchmark does not know, whether `shared_motion` exceeds `SHARED`.
+
+    Raises
+    ------
+    DatasetError
+        When the name is not known and there is nothing to estimate from.
+    """
+    known = known_motion(recording.name)
+    return shared_motion(recording) > SHARED if known is None else known
+
+
+def known_motion(name):
+    """Whether the benchmark says that a sequence's camera moves; None if it does not say.
+
+    Parameters
+    ----------
+    name : str
+        Such as "mot17-02-frcnn", in any case.
+    """
+    name = name.lower()
+    found = re.fullmatch(r"mot1[67]-(\d\d)(-\w+)?", name)  # with or without a detector's name
+    name = f"mot17-{found[1]}" if found else name
+    return name in MOVING if name in MOVING | STATIC else None
+
+
+def shared_motion(recording):
+    """The share of the boxes' acceleration that all people in a frame have in common.
+
+    People walk each in their own way, so the accelerations a of two boxes in one frame are
+    uncorrelated; a camera that shakes, bobs or pans moves all boxes together.  The share is
+    the intraclass correlation, sum of a_i·a_j over all pairs i ≠ j in the same frame against
+    the same sum with a_i² in the place of the products: 0 for a fixed camera on average, 1
+    when all boxes move as one.  Accelerations are second differences of the boxes' centres
+    over a quarter and over half a second, across and down, cut off at their 99th percentile;
+    the largest of the four shares counts.
+
+    This is an estimate.  A slow and even pan or drive has no acceleration and goes unseen; a
+    group that starts or stops together looks like a moving camera.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    float
+        At most 1; slightly below 0 by chance.
+
+    Raises
+    ------
+    DatasetError
+        When no two people are boxed together for half a second.
+    """
+    stack = recording.stack
+    shares = []
+    for seconds in _SPANS:
+        span = max(1, round(seconds * recording.frame_rate))
+        early, middle, late = (slice(k * span, k * span - 2 * span or None) for k in range(3))
+        there = stack.valid[:, early] & stack.valid[:, middle] & stack.valid[:, late]
+        row, column = np.nonzero(there)
+        _, frame = np.unique(stack.start[row] + column, return_inverse=True)
+        others = np.bincount(frame) - 1
+        if not others.any():
+            raise DatasetError(
+                f"{recording.name} never shows two people together for half a second, so there is "
+                "no telling whether its camera moves; pass a longer recording."
+            )
+        for name in (CX, CY):
+            curve = stack.curves[name]
+            bend = (curve[:, late] - 2 * curve[:, middle] + curve[:, early])[there]
+            most = np.quantile(np.abs(bend), 0.99)
+            bend = np.clip(bend, -most, most)
+            squares = np.bincount(frame, bend**2)
+            total = (others * squares).sum()
+            products = (np.bincount(frame, bend) ** 2 - squares).sum()
+            shares.append(products / total if total > 0 else 0.0)
+    return float(max(shares))
+
+
+def _folders(folder):
+    """The folders in a folder, sorted by name; hidden ones are not looked at."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise DatasetError(
+            f"{folder} is not a folder; pass the folder that holds the sequences' folders."
+        )
+    return sorted(
+        path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")
+    )
+
+
+def _truth_of(folder):
+    return folder / "gt" / "gt.txt"
+
+
+def _fingerprint(recording):
+    """What two recordings share if and only if their boxes, people and clock are the same."""
+    hashes = pd.util.hash_pandas_object(recording.boxes, index=False).to_numpy()
+    size = recording.frame_rate, recording.frame_width, recording.frame_height
+    return size, hashes.tobytes()
+
+
+def _read_values(path):
+    """The file as finite numbers, shape (rows, 9 or 10), or raise naming the fault's place."""
+    try:
+        if path.stat().st_size == 0:
+            raise DatasetError(f"{path} is empty; restore it from the dataset.")
+        table = pd.read_csv(
+            path,
+            header=None,
+            dtype=float,
+            skipinitialspace=True,
+            na_filter=False,
+            quoting=3,  # a quotation mark is text
+            encoding="utf-8-sig",
+        )
+        values = table.to_numpy()
+    except FileNotFoundError as fault:
+        raise DatasetError(f"{path} is missing; put the ground truth there.") from fault
+    except OSError as fault:
+        raise DatasetError(f"{path} cannot be read ({fault.strerror}); restore it.") from fault
+    except ValueError as fault:  # pandas' own errors are ValueErrors
+        raise DatasetError(_describe_fault(path)) from fault
+    if values.shape[1] not in (9, 10) or not np.isfinite(values).all():
+        raise DatasetError(_describe_fault(path))
+    return values
+
+
+def _lines(path):
+    """Yield (number, line) of each line that is not blank: the slow way, to name a place."""
+    with path.open("rb") as file:
+        for number, line in enumerate(file, start=1):
+            line = line.removeprefix(b"\xef\xbb\xbf") if number == 1 else line
+            if line.strip():
+                yield number, line
+
+
+def _describe_fault(path):
+    """What is wrong with a file that is not a table of numbers, and where."""
+    wanted = None
+    for number, line in _lines(path):
+        if wanted == 9 and _PLAIN.fullmatch(line):  # most lines of a long file: no need to look
+            continue
+        fields = [field.strip() for field in line.split(b",")]
+        if len(fields) not in (9, 10):
+            return (
+                f"{path} line {number} has {len(fields)} columns; the format has 9 "
+                f"({', '.join(_FIELDS)}, class, visibility) or 10 ({', '.join(_FIELDS)}, X, Y, Z)."
+            )
+        wanted = wanted or len(fields)
+        if len(fields) != wanted:
+            return (
+                f"{path} line {number} has {len(fields)} columns and the first line {wanted}; "
+                "give every line as many."
+            )
+        for column, field in enumerate(fields, start=1):
+            text = field.decode("utf-8", "backslashreplace")
+            if not _NUMBER.fullmatch(field):
+                return f"{path} line {number}, column {column} holds {text!r}; put a number there."
+            if not np.isfinite(float(field)):
+                return f"{path} line {number}, column {column} holds {text}; it is too large."
+    if wanted is None:
+        return f"{path} holds blank lines only; restore it from the dataset."
+    return f"{path} cannot be read as a table of numbers; write it as plain text, comma-separated."
+
+
+def _has_classes(values):
+    """Whether the eighth column is a class: see the formats above."""
+    kind, visibility = values[:, _CLASS], values[:, _VISIBILITY]
+    if values.shape[1] == 9:
+        return not (kind == -1).all()
+    seen = (visibility >= 0) & (visibility <= 1)
+    return bool((seen & (kind >= 1) & (kind == np.round(kind))).all())
+
+
+def _check_rows(path, values, people, *, classes):
+    """Raise on the first row that is no box; sizes and repeats matter for pedestrians only."""
+    frame, number = values[:, _FRAME], values[:, _ID]
+    small = people & (values[:, [_WIDTH, _HEIGHT]] <= 0).T
+    vast = np.abs(values[:, _LEFT : _HEIGHT + 1]) > PIXEL_LIMIT
+    faults = [
+        (_FRAME, frame != np.round(frame), "frames are whole numbers"),
+        (_FRAME, frame <= 0, "frames count from 1"),
+        (_FRAME, frame > FRAME_LIMIT, "no video is that long"),
+        (_ID, number != np.round(number), "ids are whole numbers"),
+        (_ID, np.abs(number) >= _ID_LIMIT, "ids are smaller"),
+        *((_LEFT + k, vast[:, k], "no image is that large") for k in range(4)),
+        (_WIDTH, small[0], "a width is positive"),
+        (_HEIGHT, small[1], "a height is positive"),
+    ]
+    if classes:
+        kind = values[:, _CLASS]
+        faults.append((_CLASS, kind != np.round(kind), "a class is a whole number"))
+    for column, wrong, reason in faults:
+        if wrong.any():
+            row = int(wrong.argmax())
+            name = (*_FIELDS, "class")[column]
+            raise DatasetError(
+                f"{path} line {_line_of(path, row)}, column {column + 1} ({name}) holds "
+                f"{values[row, column]:.17g}; {reason}. Mend or drop that line."
+            )
+    if not people.any():
+        raise DatasetError(
+            f"{path} holds no pedestrian: no row with conf above 0"
+            + (f" and class {PEDESTRIAN}" if classes else "")
+            + "; restore it from the dataset."
+        )
+    rows = np.flatnonzero(people)
+    rows = rows[np.lexsort((rows, frame[rows], number[rows]))]
+    again = (np.diff(frame[rows]) == 0) & (np.diff(number[rows]) == 0)
+    if again.any():
+        at = int(rows[1:][again].min())
+        raise DatasetError(
+            f"{path} line {_line_of(path, at)} has person {number[at]:.0f} a second time in frame "
+            f"{frame[at]:.0f}; keep one box a person and frame."
+        )
+
+
+def _line_of(path, row):
+    """The line of the file that holds a row: blank lines are none."""
+    return next(number for k, (number, _) in enumerate(_lines(path)) if k == row)
+
+
+def _read_info(path):
+    """Frame rate, width and height from a seqinfo.ini."""
+    parser = configparser.ConfigParser(interpolation=None, strict=False)
+    try:
+        parser.read_string(path.read_text(encoding="utf-8-sig"))
+        section = parser["Sequence"]
+    except FileNotFoundError as fault:
+        raise DatasetError(
+            f"{path} is missing; put it there: {', '.join(_INFO)} under [Sequence]."
+        ) from fault
+    except OSError as fault:
+        raise DatasetError(f"{path} cannot be read ({fault.strerror}); restore it.") from fault
+    except (configparser.Error, UnicodeDecodeError, KeyError) as fault:
+        reason = " ".join(str(fault).split())
+        raise DatasetError(
+            f"{path} is not a seqinfo.ini ({reason}); give it {', '.join(_INFO)} under [Sequence]."
+        ) from fault
+    found = []
+    for key in _INFO:
+        text = section.get(key)
+        if text is None:
+            raise DatasetError(f"{path} lacks the key {key}; add it under [Sequence].")
+        sound = _NUMBER.fullmatch(text.encode()) and 0 < float(text) <= PIXEL_LIMIT
+        whole = sound and (key == "frameRate" or float(text).is_integer())
+        if not whole:
+            kind = "number" if key == "frameRate" else "whole number"
+            raise DatasetError(f"{path} has {key} = {text!r}; put a positive {kind} there.")
+        found.append(float(text))
+    frame_rate, width, height = found
+    return frame_rate, int(width), int(height)

@@ -1,0 +1,196 @@
+"""The panel of sections 3.3 and 3.5: point at a cell of the tables and see two people walk."""
+
+from functools import partial
+
+import ipywidgets
+import numpy as np
+import traitlets
+from matplotlib.colors import to_rgb
+
+from mcnlab import plotting
+from mcnlab.direction import DIRECTIONS, NAMES, heading_of
+from mcnlab.occlusion import (
+    APART,
+    BY_SPEED,
+    CERTAIN,
+    Walker,
+    direction_table,
+    foresee,
+    look_up,
+)
+from mcnlab.plotting.occlusion import (
+    FORESEEN,
+    FRAME_HEIGHT,
+    FRAME_WIDTH,
+    PACES,
+    RULE_COLOURS,
+    RULE_INK,
+    RULE_LABELS,
+    WALKER_COLOURS,
+)
+from mcnlab.plotting.style import frame_axes
+from mcnlab.speed import LEVELS
+from mcnlab.speed import NAMES as SPEED_NAMES
+from mcnlab.widgets.panel import Panel, choices, decimal_slider
+
+_PLACES = 0.35 * FRAME_WIDTH, 0.65 * FRAME_WIDTH  # where S1 and S2 begin
+_BODY = 28, 72  # pixels, a box
+_SAID = {
+    APART: "0: no occlusion",
+    BY_SPEED: "C: time and place decide",
+    CERTAIN: "1: certain occlusion",
+}
+
+
+class TablePicker(ipywidgets.VBox):
+    """Table 3.1 as buttons: the pressed one is the cell that is looked at.
+
+    Attributes
+    ----------
+    value : tuple of int
+        D(S1) and D(S2), 1 … 8.
+    """
+
+    value = traitlets.Tuple()
+
+    def __init__(self, value=(3, 7)):
+        table = direction_table()
+        self._buttons = {}
+        size = {"width": "46px", "height": "24px", "padding": "0", "margin": "1px"}
+        lines = [_line("D(S1) ↓  D(S2) →", [_word(str(two), size) for two in DIRECTIONS])]
+        for one in DIRECTIONS:
+            for two in DIRECTIONS:
+                code = int(table[one - 1, two - 1])
+                button = ipywidgets.Button(
+                    description=RULE_LABELS[code],
+                    tooltip=f"S1 {NAMES[one]}, S2 {NAMES[two]}",
+                    style={"button_color": RULE_COLOURS[code], "text_color": RULE_INK[code]},
+                    layout=size,
+                )
+                button.on_click(partial(self._press, (one, two)))
+                self._buttons[one, two] = button
+            lines.append(
+                _line(f"{one} {NAMES[one]}", [self._buttons[one, two] for two in DIRECTIONS])
+            )
+        super().__init__(lines)
+        self.observe(self._show, names="value")
+        self.value = value
+
+    def _press(self, cell, _button):
+        self.value = cell
+
+    def _show(self, change):
+        for cell in (change["old"], change["new"]):
+            if cell in self._buttons:
+                chosen = cell == change["new"]
+                self._buttons[cell].layout.border = f"3px solid {plotting.INK}" if chosen else ""
+
+
+def occlusion_panel():
+    """Point at a cell of Table 3.1, choose both speeds, and walk the clock on.
+
+    The walkers begin where they are drawn, each at one pace within its speed level; the
+    dots are where Equation 3.1 and the motion of both put them.
+    """
+
+    def draw(left, right, cell, level1, level2, seconds):
+        walkers = [
+            made_walker(x, direction, level)
+            for x, direction, level in zip(_PLACES, cell, (level1, level2), strict=True)
+        ]
+        said = foresee(*walkers, frame_width=FRAME_WIDTH, frame_height=FRAME_HEIGHT)
+        _draw_table(left, cell)
+        _draw_walkers(right, walkers, seconds)
+        if said.occludes:
+            right.plot(said.x, said.y, "X", ms=11, color=FORESEEN, mec=plotting.INK)
+        return _say(cell, (level1, level2), walkers, said)
+
+    speeds = [(SPEED_NAMES[level], level) for level in LEVELS]
+    return Panel(
+        draw,
+        {
+            "cell": TablePicker(),
+            "level1": choices("V(S1)", speeds, value=3),
+            "level2": choices("V(S2)", speeds, value=3),
+            "seconds": decimal_slider("seconds", 0.0, 8.0, 0.0, step=0.1),
+        },
+        columns=2,
+        figsize=(9, 3.4),
+        margins={"left": 0.05, "bottom": 0.2, "right": 0.98, "top": 0.88},
+    )
+
+
+def made_walker(x, direction, level):
+    """A walker in the middle row, at one pace within its level, going the direction's way."""
+    pixels = PACES[level] * FRAME_WIDTH
+    angle = np.radians(heading_of(direction))
+    way = pixels * np.sin(angle), -pixels * np.cos(angle)
+    return Walker(x, (FRAME_HEIGHT - 1) / 2, direction, pixels, *way)
+
+
+def _draw_table(ax, cell):
+    """Table 3.1, small, its cell marked."""
+    image = np.array([to_rgb(RULE_COLOURS[code]) for code in direction_table().ravel()])
+    ax.imshow(image.reshape(8, 8, 3), extent=(0.5, 8.5, 8.5, 0.5))
+    one, two = cell
+    edge = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2 + (two, one)
+    for colour, width in (("white", 5), (plotting.INK, 2)):
+        ax.plot(*edge.T, color=colour, lw=width)
+    ax.set(xticks=DIRECTIONS, yticks=DIRECTIONS, xlabel="D(S2)", ylabel="D(S1)")
+
+
+def _draw_walkers(ax, walkers, seconds):
+    """Where both began, the way they went and where they are now."""
+    frame_axes(ax, FRAME_WIDTH, FRAME_HEIGHT)
+    width, height = _BODY
+    for walker, colour, style, name in zip(
+        walkers, WALKER_COLOURS, ("-", "--"), ("S1", "S2"), strict=True
+    ):
+        x, y = walker.x + seconds * walker.vx, walker.y + seconds * walker.vy
+        ax.plot([walker.x, x], [walker.y, y], color=colour, lw=1, ls=":")
+        corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2
+        ax.plot(*(corners * (width, height) + (x, y)).T, color=colour, ls=style)
+        # A second's way, at least long enough to be seen.
+        way = np.array([walker.vx, walker.vy])
+        way = way * max(1.0, 14 / np.hypot(*way))
+        ax.annotate(
+            "",
+            xy=(x + way[0], y + way[1]),
+            xytext=(x, y),
+            arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2, "shrinkA": 0, "shrinkB": 0},
+            annotation_clip=True,
+        )
+        ax.text(x, y - height / 2 - 4, name, color=colour, ha="center", clip_on=True)
+    ax.set_title(f"after {seconds:.1f} s", fontsize=10)
+
+
+def _say(cell, levels, walkers, said):
+    """What the tables and equations say of a cell."""
+    rule = int(look_up(*cell, *levels))
+    what = _SAID[rule]
+    if rule == APART and direction_table()[cell[0] - 1, cell[1] - 1] == BY_SPEED:
+        what = "P(O|S), and by speed 0: no occlusion"
+    text = (
+        f"S1 {cell[0]} {NAMES[cell[0]]}, {SPEED_NAMES[levels[0]]}; "
+        f"S2 {cell[1]} {NAMES[cell[1]]}, {SPEED_NAMES[levels[1]]}: <b>{what}</b>"
+    )
+    if rule == APART:
+        return text
+    if not said.occludes:
+        return f"{text}; the place lies outside the frame: <b>none</b>"
+    p1, p2 = (walker.pixels for walker in walkers)
+    distance = walkers[1].x - walkers[0].x
+    sign = "+" if rule == CERTAIN else "−"
+    return (
+        f"{text}; t = d / |p1 {sign} p2| = {distance:.0f} / |{p1:.0f} {sign} {p2:.0f}| = "
+        f"<b>{said.seconds:.1f} s</b>, at ({said.x:.0f}, {said.y:.0f})"
+    )
+
+
+def _line(text, widgets):
+    room = {"width": "120px", "justify_content": "flex-end", "margin": "0 8px 0 0"}
+    return ipywidgets.HBox([ipywidgets.Label(text, layout=room), *widgets])
+
+
+def _word(text, size):
+    return ipywidgets.Label(text, layout={**size, "justify_content": "center"})
