@@ -54,21 +54,21 @@ def _reproduce(chosen):
 
 
 def _measure(chosen):
-    from mcnlab import bundled
+    from mcnlab import bundled, bundling
     from mcnlab.errors import DatasetError
 
     folder = bundled.data_folder()
     if folder is None:
         raise DatasetError("no folder of recordings; pass --data or set MCNLAB_DATA.")
-    for path in bundled.measure_all(folder, chosen.out, progress=True):
+    for path in bundling.measure_all(folder, chosen.out, progress=True):
         print(path)
     return 0
 
 
 def _data(chosen):
-    from mcnlab import bundled
+    from mcnlab import bundled, bundling
 
-    table = bundled.check_bundled()
+    table = bundling.check_bundled()
     print(table.to_string(index=False))
     folder = bundled.data_folder()
     print(f"MCNLAB_DATA: {folder if folder else 'not set; the tables above are used'}")

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -22,16 +23,20 @@ import pandas as pd
 from mcnlab import (
     bundled,
     cells,
+    comparison,
     covering,
     flow,
+    foresight,
+    pairs,
     peers,
     placement,
+    prediction,
     siting,
     viewpoint,
     widgets,
 )
 from mcnlab.coverage import CameraModel
-from mcnlab.datasets import corridor, overhead
+from mcnlab.datasets import corridor, crossings, overhead
 from mcnlab.datasets.motions import make_motion
 from mcnlab.datasets.walkers import make_walks
 from mcnlab.errors import McnError
@@ -68,8 +73,10 @@ def bench(out):
         time_flow,
         time_votes,
         time_choices,
+        time_foresight,
         time_panels,
         time_siting_panels,
+        time_occlusion_panels,
     )
     for benchmark in tqdm(benchmarks, unit="bench"):
         rows += benchmark()
@@ -159,6 +166,44 @@ def time_choices():
     ]
 
 
+def time_foresight():
+    """All pairs of a hundred walkers at one time step, by the default forecaster; the benchmark.
+
+    The peer of the first is the obvious baseline, constant velocity.  The second row is the
+    whole benchmark on every recording at hand, measuring silhouettes apart.
+    """
+    casia = bundled.casia_a()
+    begin = perf_counter()
+    tables = [
+        comparison.compare_composites(casia),
+        comparison.compare_crossings(),
+        *bundled.video_pairs()[0],
+    ]
+    foresight.judge(tables)
+    whole = perf_counter() - begin
+    model = foresight.learn(tables)
+    crowd = hundred_walkers()
+    ours, peer = _take_turns(
+        lambda: model.forecast(crowd),
+        lambda: prediction.ConstantVelocity().forecast(crowd),
+        rounds=21,
+    )
+    return [
+        _row("occlusion.hundred-walkers", ours, peer),
+        ("occlusion.benchmark", whole, None, None, "s"),
+    ]
+
+
+def hundred_walkers():
+    """Every pair of a hundred people in view at one moment of a synthetic square, 4,950."""
+    square = crossings.Square(
+        frame_width=1920, frame_height=1080, focal_length=1600, height=8, tilt=20, near=12, far=40
+    )
+    made = crossings.make_crossings(people=200, seconds=4, square=square, seed=3)
+    seen = pairs.watch(made, int(made.boxes["frame"].median()))
+    return replace(seen, who=seen.who[(seen.who < 100).all(axis=1)])
+
+
 def coverage_instance(targets=1200, cameras=1500):
     """A served matrix of that size: fixed cameras in the corridor, a walker-second a row."""
     scene = corridor.make_traces(walkers=120)
@@ -230,6 +275,23 @@ def time_siting_panels():
         "choice": (widgets.choice_panel(scene, model=model), "n", [1, 2, 4, 5, 6, 7, 8] * 2),
     }
     return _time_moves("widgets.placement", moves)
+
+
+def time_occlusion_panels():
+    """The same for speed and occlusion."""
+    made = crossings.make_crossings(people=25, seconds=15)
+    seen = pairs.find_pairs(made)
+    tables = [comparison.compare_crossings(), comparison.compare_composites(bundled.casia_a())]
+    judged = foresight.judge(tables, draws=20)
+    speeds = {"PETS 2009": bundled.apparent_speeds("pets")}
+    moves = {
+        "speed": (widgets.speed_panel(speeds), "slow", np.arange(0.25, 4.0, 0.25)),
+        "table": (widgets.occlusion_panel(), "seconds", np.arange(0.2, 3.0, 0.2)),
+        "threshold": (widgets.threshold_panel(judged), "threshold", np.arange(0.1, 0.9, 0.05)),
+        "rules": (widgets.rules_panel(), "horizon", [1.5, 2.0, 2.5, 3.5, 4.0] * 3),
+        "pair": (widgets.pair_panel(made, seen), "seconds", np.arange(-0.8, 2.8, 0.2)),
+    }
+    return _time_moves("widgets.occlusion", moves)
 
 
 def _time_moves(name, moves):

@@ -6,9 +6,6 @@ this package made of the same recordings (``python -m mcnlab measure``), whose i
 not ours to hand on.
 """
 
-import gzip
-import hashlib
-import json
 import os
 import zlib
 from pathlib import Path
@@ -16,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-import mcnlab
 from mcnlab import columns, traces
 from mcnlab.columns import FRAME, SEQUENCE, TRACE, X, Y
+from mcnlab.comparison import compare_sequences
 from mcnlab.datasets import casia, corridor, middlebury, motchallenge, pedestrians, trajectories
 from mcnlab.datasets.mirror import add_mirrored, mirror_direction, mirror_masks
 from mcnlab.datasets.motions import MOTIONS, make_motion
@@ -29,7 +26,6 @@ from mcnlab.datasets.video import open_video
 from mcnlab.datasets.walkers import make_walks
 from mcnlab.direction import turn_between
 from mcnlab.errors import DatasetError, require_choice
-from mcnlab.files import sha256_of, write_whole
 from mcnlab.perspective import measure_headings
 from mcnlab.silhouettes import MIN_AREA, measure_sequences
 from mcnlab.speed import compare_speeds, find_place
@@ -38,6 +34,7 @@ BUNDLED = Path(__file__).resolve().parent.parent / "data"
 VARIABLE = "MCNLAB_DATA"
 PETS_WINDOW = 7  # frames, one second
 TUD = "tud-stadtmitte"
+MOTCHALLENGE = "motchallenge"
 # Pixels, 1.2 frame widths: nothing is published.  Sideways speed does not need it.
 TUD_FOCAL_LENGTH = 768.0
 SPEED_SECONDS = (0.5, 1.0, 2.0)  # windows of the speed tables
@@ -205,14 +202,14 @@ def pets2009_headings():
         When files are missing or damaged.
     """
     folder = data_folder()
-    if folder is None or not all(path.is_file() for path in _pets_files(folder)):
+    if folder is None or not all(path.is_file() for path in pets_files(folder)):
         return read_table(BUNDLED / pedestrians.PETS / "headings.csv.gz", dtype={SEQUENCE: str})
     return measure_pets2009(folder)
 
 
 def measure_pets2009(folder):
     """Measure the headings of PETS 2009 from the recordings in `folder`."""
-    boxes, calibration, positions = _pets_files(folder)
+    boxes, calibration, positions = pets_files(folder)
     recording = pedestrians.read_pets(boxes.parent)
     place = pedestrians.read_tsai_place(calibration)
     world = pedestrians.read_mot_world(positions)
@@ -251,8 +248,8 @@ def apparent_speeds(name):
     """
     require_choice("name", name, ("pets", "tud"))
     held, files, measure = {
-        "pets": (pedestrians.PETS, _pets_files, measure_pets2009_speeds),
-        "tud": (TUD, _tud_files, measure_tud_speeds),
+        "pets": (pedestrians.PETS, pets_files, measure_pets2009_speeds),
+        "tud": (TUD, tud_files, measure_tud_speeds),
     }[name]
     folder = data_folder()
     if folder is None or not all(path.is_file() for path in files(folder)):
@@ -262,7 +259,7 @@ def apparent_speeds(name):
 
 def measure_pets2009_speeds(folder):
     """Measure the speeds of PETS 2009 from the recordings in `folder`."""
-    boxes, calibration, positions = _pets_files(folder)
+    boxes, calibration, positions = pets_files(folder)
     table = compare_speeds(
         pedestrians.read_pets(boxes.parent),
         pedestrians.read_mot_world(positions),
@@ -275,7 +272,7 @@ def measure_pets2009_speeds(folder):
 
 def measure_tud_speeds(folder):
     """Measure the speeds of TUD-Stadtmitte from the recordings in `folder`."""
-    positions = _tud_files(folder)[0]
+    positions = tud_files(folder)[0]
     recording = motchallenge.read_sequence(positions.parents[1])
     world = pedestrians.read_mot_world(positions)
     world[FRAME] += 1  # boxes count from 1, as their file does
@@ -293,6 +290,34 @@ def _as_kept(table):
     """Speeds rounded as they are kept, so that the bundled table and a new one agree."""
     places = dict.fromkeys(table.select_dtypes(float).columns, 4)
     return table.round(places | {"share": 6})
+
+
+def video_pairs():
+    """Pairs of people in videos, and what forecasters said of them.
+
+    Returns
+    -------
+    tables : list of pandas.DataFrame
+        One a recording, as `comparison.compare` gives them: every MOTChallenge sequence
+        under ``MCNLAB_DATA``, or those that came with mcnlab.
+    problems : tuple of str
+        What was left out, one sentence each.
+
+    Raises
+    ------
+    McnError
+        When files are damaged beyond leaving a sequence out.
+    """
+    folder = data_folder()
+    tables, problems = [], ()
+    if folder is not None and (folder / MOTCHALLENGE).is_dir():
+        tables, problems = compare_sequences(folder / MOTCHALLENGE)
+    if not tables:
+        held = read_table(
+            BUNDLED / MOTCHALLENGE / "pairs.csv.gz", dtype={"first": str, "second": str}
+        )
+        tables = [table.reset_index(drop=True) for _, table in held.groupby("recording")]
+    return tables, problems
 
 
 def flow_sequences():
@@ -335,7 +360,7 @@ def pets2009_traces(finders=tuple(PETS_FINDERS)):
     for finder in finders:
         require_choice("finders", finder, tuple(PETS_FINDERS))
     folder = data_folder()
-    if folder is None or not all(path.is_file() for path in _pets_video_files(folder)):
+    if folder is None or not all(path.is_file() for path in pets_video_files(folder)):
         held = BUNDLED / pedestrians.PETS
         tables = (
             read_table(held / f"{name}.csv.gz", dtype={TRACE: str}) for name in ("traces", "feet")
@@ -369,7 +394,7 @@ def measure_pets2009_traces(folder, *, finders=tuple(PETS_FINDERS)):
 
 def trace_pets(folder, method):
     """The traces of PETS 2009, View 1, by one of `traces.METHODS`: metres, frames from 0."""
-    path, calibration, _ = _pets_video_files(folder)
+    path, calibration, _ = pets_video_files(folder)
     video = open_video(path, frame_rate=pedestrians.PETS_FRAME_RATE)
     camera = pedestrians.read_tsai(calibration).scaled(video.width / pedestrians.PETS_WIDTH)
     return traces.trace_video(video, camera.to_ground, method=method, height=camera.height_at)
@@ -377,7 +402,7 @@ def trace_pets(folder, method):
 
 def true_pets_feet(folder):
     """The true feet of PETS 2009, View 1: a trace table, metres, frames from 0."""
-    world = pedestrians.read_mot_world(_pets_video_files(folder)[2])
+    world = pedestrians.read_mot_world(pets_video_files(folder)[2])
     names = {SEQUENCE: TRACE, pedestrians.WORLD_X: X, pedestrians.WORLD_Y: Y}
     return world.rename(columns=names).sort_values([TRACE, FRAME], ignore_index=True)
 
@@ -428,134 +453,6 @@ def scenes():
     return found
 
 
-def measure_all(folder, out, *, progress=False):
-    """Measure what lies in `folder` and write the tables that are bundled.
-
-    Parameters
-    ----------
-    folder : path-like
-        Laid out as ``MCNLAB_DATA``.
-    out : path-like
-        Gets ``casia-a/``, ``pets2009/`` and ``tud-stadtmitte/``, each with its tables and
-        ``provenance.json``.
-    progress : bool, optional
-        Show a progress bar.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The files written.
-
-    Raises
-    ------
-    DatasetError
-        When the folder holds none of these datasets, or a sequence is damaged.
-    """
-    folder, out = Path(folder), Path(out)
-    written = []
-    if (folder / casia.NAME / "silhouettes").is_dir():
-        source = folder / casia.NAME
-        recording = measure_casia_a(source, progress=progress)
-        images = [path for sequence in casia.find_sequences(source) for path in sequence.paths]
-        written += _write_tables(
-            out / casia.NAME,
-            {"boxes.csv.gz": recording.boxes},
-            {
-                "dataset": "CASIA Dataset A, silhouettes",
-                "credit": "L. Wang, T. Tan, H. Ning and W. Hu, Silhouette analysis-based gait "
-                "recognition for human identification, IEEE TPAMI 25(12), 2003",
-                "sequences": len(recording.sequences),
-                "subjects": int(recording.subjects.nunique()),
-                "frames": len(images),
-                "left out": list(recording.problems),
-                "sha256 of the images": sha256_of(images, root=source),
-            },
-        )
-        labels = recording.directions.rename_axis(SEQUENCE).to_csv(lineterminator="\n")
-        written.append(write_whole(out / casia.NAME / "directions.csv", labels))
-    tables, files = {}, []
-    if all(path.is_file() for path in _pets_files(folder)):
-        tables["headings.csv.gz"] = measure_pets2009(folder)
-        tables["speeds.csv.gz"] = measure_pets2009_speeds(folder)
-        files += _pets_files(folder)
-    if all(path.is_file() for path in _pets_video_files(folder)):
-        tables["traces.csv.gz"], tables["feet.csv.gz"] = measure_pets2009_traces(folder)
-        files += [path for path in _pets_video_files(folder) if path not in files]
-    if tables:
-        written += _write_tables(
-            out / pedestrians.PETS,
-            tables,
-            {
-                "dataset": "PETS 2009 S2.L1 View 1: headings, speeds, traces of feet",
-                "credit": "J. Ferryman and A. Shahrokni, PETS2009: Dataset and challenge, 2009; "
-                "world positions from MOTChallenge 2015 (CC BY-NC-SA 3.0)",
-                "sha256 of the sources": sha256_of(files, root=folder),
-            },
-        )
-    if all(path.is_file() for path in _tud_files(folder)):
-        written += _write_tables(
-            out / TUD,
-            {"speeds.csv.gz": measure_tud_speeds(folder)},
-            {
-                "dataset": "TUD-Stadtmitte: speeds",
-                "credit": "M. Andriluka, S. Roth and B. Schiele, Monocular 3D pose estimation and "
-                "tracking by detection, CVPR 2010; boxes and world positions from MOTChallenge "
-                "2015 (CC BY-NC-SA 3.0)",
-                "sha256 of the sources": sha256_of(_tud_files(folder), root=folder),
-            },
-        )
-    if not written:
-        raise DatasetError(
-            f"folder {str(folder)!r} holds neither {casia.NAME}/silhouettes nor "
-            f"{pedestrians.PETS}/PETS2009-S2L1.xml nor motchallenge/TUD-Stadtmitte; name the "
-            "folder that holds them."
-        )
-    return written
-
-
-def check_bundled(folder=BUNDLED):
-    """One row a bundled table: its rows and whether it is the one that was measured.
-
-    Returns
-    -------
-    pandas.DataFrame
-        ``table, rows, dataset, sound``.
-
-    Raises
-    ------
-    DatasetError
-        When a provenance note is missing or cannot be read.
-    """
-    rows = []
-    for note in sorted(Path(folder).glob("*/provenance.json")):
-        try:
-            held = json.loads(note.read_text())
-            facts = [
-                (name, held["dataset"], fact["rows"], fact["sha256"])
-                for name, fact in held["tables"].items()
-            ]
-        except (OSError, ValueError, LookupError, TypeError, AttributeError) as fault:
-            raise DatasetError(f"{note} is not a provenance note ({fault}); restore it.") from fault
-        for name, dataset, count, checksum in facts:
-            try:
-                content = gzip.decompress((note.parent / name).read_bytes())
-            except (OSError, EOFError, zlib.error) as fault:
-                raise DatasetError(
-                    f"{note.parent.name}/{name} cannot be read ({fault}); restore it."
-                ) from fault
-            rows.append(
-                {
-                    "table": f"{note.parent.name}/{name}",
-                    "rows": count,
-                    "dataset": dataset,
-                    "sound": _sha256(content) == checksum,
-                }
-            )
-    if not rows:
-        raise DatasetError(f"folder {str(folder)!r} holds no provenance note; restore data/.")
-    return pd.DataFrame(rows)
-
-
 def read_table(path, **options):
     """A CSV table, or `DatasetError` naming the file."""
     try:
@@ -569,45 +466,23 @@ def read_table(path, **options):
         raise DatasetError(f"{path} is not a table ({fault}); restore it.") from fault
 
 
-def _pets_files(folder):
+def pets_files(folder):
     """Boxes, calibration and world positions of PETS 2009 under a data folder."""
     folder = Path(folder)
     return [
         folder / pedestrians.PETS / "PETS2009-S2L1.xml",
         folder / pedestrians.PETS / "View_001.xml",
-        folder / "motchallenge" / "PETS09-S2L1" / "gt" / "gt.txt",
+        folder / MOTCHALLENGE / "PETS09-S2L1" / "gt" / "gt.txt",
     ]
 
 
-def _tud_files(folder):
+def tud_files(folder):
     """Boxes with world positions, and the frame, of TUD-Stadtmitte under a data folder."""
-    held = Path(folder) / "motchallenge" / "TUD-Stadtmitte"
+    held = Path(folder) / MOTCHALLENGE / "TUD-Stadtmitte"
     return [held / "gt" / "gt.txt", held / "seqinfo.ini"]
 
 
-def _pets_video_files(folder):
+def pets_video_files(folder):
     """Video, calibration and world positions of PETS 2009 under a data folder."""
     folder = Path(folder)
-    return [folder / pedestrians.PETS / "vtest.mp4", *_pets_files(folder)[1:]]
-
-
-def _write_tables(folder, tables, facts):
-    written, notes = [], {}
-    for name, table in tables.items():
-        content = table.to_csv(index=False, lineterminator="\n").encode()
-        notes[name] = {"rows": len(table), "sha256": _sha256(content)}
-        # mtime 0: the same table gives the same bytes.
-        written.append(write_whole(folder / name, gzip.compress(content, 9, mtime=0)))
-    note = {
-        **facts,
-        "command": "python -m mcnlab measure",
-        "version": f"mcnlab {mcnlab.__version__}",
-        "tables": notes,
-    }
-    text = json.dumps(note, indent=2, ensure_ascii=False) + "\n"
-    written.append(write_whole(folder / "provenance.json", text))
-    return written
-
-
-def _sha256(content):
-    return hashlib.sha256(content).hexdigest()
+    return [folder / pedestrians.PETS / "vtest.mp4", *pets_files(folder)[1:]]

@@ -3,127 +3,33 @@
 Each recording of boxes gives a table of pairs: what happened, what each forecaster said of
 it, and the features that `prediction.Learned` learns from.  Everything that is learned or
 chosen, the regression and the thresholds, comes from the other recordings made by unmoved
-cameras; recordings of the same people count as one.
+cameras and of other people; recordings of the same people teach no more than one.
 """
 
-import re
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from mcnlab import scoring
-from mcnlab.datasets import motchallenge
-from mcnlab.datasets.crossings import make_crossings
-from mcnlab.errors import ArgumentError, DatasetError
-from mcnlab.pairs import RULES, find_pairs, lay_over
-from mcnlab.prediction import (
-    FEATURES,
-    ConstantVelocity,
-    Learned,
-    Perspective,
-    Thesis,
-    describe,
-)
+from mcnlab.columns import check_columns
+from mcnlab.comparison import place_of
+from mcnlab.errors import ArgumentError, require_choice
+from mcnlab.occlusion import SIDES
+from mcnlab.prediction import FEATURES, Learned
 
 METHODS = ("thesis", "constant-velocity", "perspective", "learned")
 DEFAULT = "learned"  # the one to use
-COMPOSITES, CROSSINGS = "composites", "crossings"
-SHIFTS = (0, 12, 25)  # frames by which the second walk of a composite begins later
-CROSSING_PEOPLE, CROSSING_SECONDS, CROSSING_SEED = 60, 60.0, 7
-MOST = 6000  # pairs of one recording that have their full weight in learning
-
-
-def compare(pairs, *, name=None):
-    """What happened to each pair, and what the forecasters that learn nothing said of it.
-
-    Parameters
-    ----------
-    pairs : pairs.Pairs
-    name : str, optional
-        The recording's, if not the pairs'.
-
-    Returns
-    -------
-    pandas.DataFrame
-        One row a pair: ``recording, frame, first, second`` (who), ``body`` (pixels of a
-        body's height), ``occludes, seconds``; of each forecaster ``<name>.probability,
-        <name>.seconds, <name>.place_error`` (body heights; 0 where they do not occlude);
-        ``direction1, direction2, level1, level2`` (what the thesis's tables were asked);
-        and where ``near`` the features of `prediction.describe`, otherwise 0.
-    """
-    outlook = Perspective().look_ahead(pairs)
-    thesis = Thesis()
-    forecasts = {
-        "thesis": thesis.forecast(pairs),
-        "constant-velocity": ConstantVelocity().forecast(pairs),
-        "perspective": outlook.forecast,
-    }
-    columns = {
-        "recording": name or pairs.name,
-        "frame": pairs.frame,
-        "first": pairs.people[:, 0],
-        "second": pairs.people[:, 1],
-        "body": pairs.body,
-        "occludes": pairs.occludes,
-        "seconds": pairs.seconds,
-    }
-    for method, forecast in forecasts.items():
-        apart = np.hypot(forecast.x - pairs.x, forecast.y - pairs.y) / pairs.body
-        columns[f"{method}.probability"] = forecast.probability
-        columns[f"{method}.seconds"] = forecast.seconds
-        columns[f"{method}.place_error"] = np.where(pairs.occludes, apart, 0.0)
-    table = pd.DataFrame(columns).join(thesis.explain(pairs)[1])
-    near = np.zeros(len(pairs), bool)
-    near[outlook.near] = True
-    features = np.zeros((len(pairs), len(FEATURES)))
-    features[outlook.near] = describe(outlook)[list(FEATURES)].to_numpy()
-    return table.join(pd.DataFrame(features, columns=list(FEATURES))).assign(near=near)
-
-
-def compare_composites(recording, *, rules=RULES):
-    """`compare` over every composite of two walks of one recording."""
-    return compare(lay_over(recording, shifts=SHIFTS, rules=rules), name=COMPOSITES)
-
-
-def compare_crossings(*, rules=RULES):
-    """`compare` over synthetic people who cross a square."""
-    made = make_crossings(people=CROSSING_PEOPLE, seconds=CROSSING_SECONDS, seed=CROSSING_SEED)
-    return compare(find_pairs(made, rules=rules), name=CROSSINGS)
-
-
-def compare_sequences(folder, *, rules=RULES, n_jobs=1):
-    """`compare` over every MOTChallenge sequence in a folder.
-
-    Returns
-    -------
-    tables : list of pandas.DataFrame
-    problems : tuple of str
-        What was left out.
-    """
-    from joblib import Parallel, delayed
-
-    recordings, problems = motchallenge.read_sequences(folder)
-    done = Parallel(n_jobs=n_jobs)(delayed(_try)(recording, rules) for recording in recordings)
-    tables = [table for table, _ in done if table is not None]
-    return tables, (*problems, *(problem for _, problem in done if problem))
-
-
-def _try(recording, rules):
-    try:
-        table = compare(find_pairs(recording, rules=rules))
-    except DatasetError as fault:
-        return None, str(fault)
-    return table.assign(moving=motchallenge.moves(recording)), ""
-
-
-def place_of(recording):
-    """What recordings of the same people have in common, as a name.
-
-    MOT16-02 and MOT17-02-DPM, -FRCNN and -SDP are one video.
-    """
-    found = re.fullmatch(r"mot1[67]-(\d+)(-.*)?", recording)
-    return f"mot-{found[1]}" if found else recording
+MOST = 6000  # near pairs of one recording that have their full weight in learning
+ASKED = ("direction1", "direction2", "level1", "level2")  # of the thesis's tables
+# What is read of a table of pairs.
+NEEDED = (
+    *("recording", "first", "second", "occludes", "seconds", "near", "moving"),
+    *(f"{name}.{value}" for name in METHODS[:3] for value in ("probability", "seconds")),
+    *(f"{name}.place_error" for name in METHODS[:3]),
+    *FEATURES,
+)
 
 
 @dataclass(frozen=True)
@@ -133,7 +39,7 @@ class Judged:
     Attributes
     ----------
     table : pandas.DataFrame
-        One row a pair, as `compare` gives it, with ``learned.*``.
+        One row a pair, as `comparison.compare` gives it, with ``learned.*``.
     thresholds : pandas.DataFrame
         Recording × method: chosen without the recording.
     scores : dict
@@ -170,6 +76,46 @@ class Judged:
         values = [value for value in values if value is not None]
         return float(np.mean(values)) if values else None
 
+    def table_of(self, measure):
+        """A score of every method on every recording: recording × method, None where none."""
+        return pd.DataFrame(
+            {
+                method: {
+                    name: getattr(self.scores[name, method], measure).value
+                    for name in self.recordings
+                }
+                for method in METHODS
+            }
+        )
+
+    def report(self, results):
+        """Add every score, and what `DEFAULT` gains, to a notebook's results.
+
+        Parameters
+        ----------
+        results : results.Results
+        """
+        for name in self.recordings:
+            data = f"{name}, {len(self.of(name))} pairs" + ", moving camera" * self.moving[name]
+            for method in METHODS:
+                for measure, found in self.scores[name, method]._asdict().items():
+                    held = None if found.value is None else found
+                    unit = {"time_error_s": "seconds", "place_error": "bodies"}.get(measure, "")
+                    results.add(f"occlusion.{name}.{method}.{measure}", held, unit=unit, data=data)
+            for method in METHODS:
+                if method != DEFAULT:
+                    for measure, found in self.gains[name, method]._asdict().items():
+                        results.add(f"occlusion.{name}.gain.{method}.{measure}", found, data=data)
+        data = f"mean over {len(self.static)} recordings of unmoved cameras"
+        for method in METHODS:
+            for measure in ("f1", "ap", "calibration_error"):
+                mean = self.mean(method, measure)
+                results.add(f"occlusion.mean.{method}.{measure}", mean, data=data)
+        for method in METHODS:
+            if method != DEFAULT:
+                gain = self.mean(DEFAULT, "f1") - self.mean(method, "f1")
+                results.add(f"occlusion.gain.{method}.f1", gain, data=data)
+
 
 def judge(tables, *, draws=400, seed=0):
     """Learn, choose thresholds and score, always without the recording that is judged.
@@ -177,8 +123,8 @@ def judge(tables, *, draws=400, seed=0):
     Parameters
     ----------
     tables : list of pandas.DataFrame
-        As `compare` gives them; of a moving camera with the column ``moving``.  A recording
-        in which no pair occludes cannot be scored and is left out.
+        As `comparison.compare` gives them, each recording's own.  A recording in which no
+        pair occludes cannot be scored and is left out.
     draws : int, optional
         Of the bootstrap.
     seed : int, optional
@@ -189,14 +135,19 @@ def judge(tables, *, draws=400, seed=0):
 
     Raises
     ------
-    ArgumentError
-        When fewer than two unmoved cameras filmed pairs that occlude.
+    McnError
+        When fewer than two unmoved cameras filmed pairs that occlude, a recording is there
+        twice, a table holds two recordings or lacks a column, or the near pairs of the other
+        recordings all occlude or none does.
     """
+    for table in tables:
+        check_columns(table, NEEDED, argument="tables")
+        if len(set(table["recording"])) > 1:
+            raise ArgumentError("tables hold two recordings in one; pass one table a recording.")
     tables = [table for table in tables if table["occludes"].any()]
-    moving = {
-        table["recording"].iloc[0]: bool(table["moving"].any()) if "moving" in table else False
-        for table in tables
-    }
+    moving = {table["recording"].iloc[0]: bool(table["moving"].any()) for table in tables}
+    if len(moving) < len(tables):
+        raise ArgumentError("tables hold a recording twice; pass each once.")
     tables = dict(zip(moving, tables, strict=True))
     if len({place_of(name) for name in tables if not moving[name]}) < 2:
         raise ArgumentError(
@@ -234,28 +185,104 @@ def judge(tables, *, draws=400, seed=0):
     return Judged(pd.concat(judged, ignore_index=True), thresholds, scores, gains, moving)
 
 
+def summarise(tables):
+    """What the recordings hold: pairs, how many occlude, people, whether the camera moves."""
+    rows = {
+        table["recording"].iloc[0]: {
+            "pairs": len(table),
+            "occlude": int(table["occludes"].sum()),
+            "share": table["occludes"].mean(),
+            "people": _count_people(table),
+            "moving": bool(table["moving"].any()),
+        }
+        for table in tables
+    }
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("recording")
+
+
+def _count_people(table):
+    return len(np.unique(table[["first", "second"]].to_numpy(str)))
+
+
 def learn(tables):
     """`prediction.Learned`, fitted on tables of pairs.
 
     Far pairs teach nothing; a recording with very many near ones counts no more than one
-    with `MOST`.
+    with `MOST`, and recordings of the same people share what one would count.
     """
     near = [table[table["near"]] for table in tables]
-    weights = [np.full(len(table), min(1.0, MOST / max(len(table), 1))) for table in near]
+    weights = [
+        np.full(len(table), min(1.0, MOST / max(len(table), 1)) / alike)
+        for table, alike in zip(near, _alike(tables), strict=True)
+    ]
     table = pd.concat(near, ignore_index=True)
-    return Learned().fit(table, table["occludes"], weights=np.concatenate(weights))
+    return Learned().fit(table[list(FEATURES)], table["occludes"], weights=np.concatenate(weights))
 
 
 def choose_threshold(tables, method):
-    """The threshold with the best F1 on tables of pairs, recordings counting by their people."""
+    """The threshold with the best F1 on tables of pairs, recordings counting by their people.
+
+    Recordings of the same people share what one would count.
+    """
     table = pd.concat(tables, ignore_index=True)
     people = {
-        held["recording"].iloc[0]: float(len(np.unique(held[["first", "second"]].to_numpy(str))))
-        for held in tables
+        held["recording"].iloc[0]: _count_people(held) / alike
+        for held, alike in zip(tables, _alike(tables), strict=True)
     }
     return scoring.best_threshold(
         table["occludes"], table[f"{method}.probability"], table["recording"], say=people
     )
+
+
+class Experience(NamedTuple):
+    """The table that the thesis made by hand, counted: D(S1) × D(S2) × V(S1) × V(S2)."""
+
+    pairs: np.ndarray  # (8, 8, 3, 3)
+    occluding: np.ndarray  # (8, 8, 3, 3), how many of them
+
+    def by_direction(self):
+        """Pairs and occluding ones over directions alone, (8, 8) each."""
+        return self.pairs.sum(axis=(2, 3)), self.occluding.sum(axis=(2, 3))
+
+    def by_speed(self, side):
+        """Pairs and occluding ones over speed levels, both going to one side, (3, 3) each.
+
+        `side` is "right" or "left", as in `occlusion.speed_table`.
+        """
+        require_choice("side", side, tuple(SIDES))
+        at = np.array(SIDES[side]) - 1
+        cells = np.ix_(at, at)
+        return self.pairs[cells].sum(axis=(0, 1)), self.occluding[cells].sum(axis=(0, 1))
+
+
+def count_experience(table):
+    """What became of pairs, by what the thesis's tables were asked of them.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Pairs as `comparison.compare` gives them.
+
+    Returns
+    -------
+    Experience
+
+    Raises
+    ------
+    McnError
+        When a column is missing, or a direction or a level is none.
+    """
+    check_columns(table, (*ASKED, "occludes"), argument="table")
+    pairs, occluding = np.zeros((8, 8, 3, 3), int), np.zeros((8, 8, 3, 3), int)
+    asked = table[list(ASKED)].to_numpy(float).T
+    for name, value, most in zip(ASKED, asked, pairs.shape, strict=True):
+        # A direction of 0 would count as 8.
+        if not np.isin(value, np.arange(1, most + 1)).all():
+            raise ArgumentError(f"table.{name} must hold whole numbers from 1 to {most}.")
+    asked = asked.astype(int) - 1
+    np.add.at(pairs, tuple(asked), 1)
+    np.add.at(occluding, tuple(asked), table["occludes"].to_numpy(int))
+    return Experience(pairs, occluding)
 
 
 def truth_of(table):
@@ -281,11 +308,19 @@ def _others(name, tables, moving):
     ]
 
 
+def _alike(tables):
+    """Of each table, how many show the same people."""
+    places = [place_of(table["recording"].iloc[0]) for table in tables]
+    return [places.count(place) for place in places]
+
+
 def with_learned(table, model):
     """A table of pairs with what a fitted `Learned` says of them."""
     near = table["near"].to_numpy()
     probability = table["perspective.probability"].to_numpy().copy()
-    probability[near] = model.predict_probability(table[near], probability[near])
+    probability[near] = model.predict_probability(
+        table.loc[near, list(FEATURES)], probability[near]
+    )
     # The regression says when and where no better than the closed form.
     return table.assign(
         **{

@@ -15,51 +15,77 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mcnlab.errors import ArgumentError, require_number
 from mcnlab.lines import fit_lines
 
-SLOWEST = 0.25  # share of a scale to which it may shrink or grow within the horizon
+SLOWEST = 0.25  # share of a height (image) or a distance (ground) that is left at least
 
 # How people walk on, as shares of a body height; set on the four recordings of MOTChallenge
 # named in the notebook, and forgiving: halving or doubling any moves F1 by 0.02 at most.
 RECENT = 0.3  # s, in which what was seen loses half of its weight
 PERSISTENCE = 10.0  # s, after which a velocity has faded to 1/e
-JITTER = 0.08  # body heights a second: a box that moves as slowly may as well stand
+JITTER = 0.08  # body heights a second: a box that moves or grows as slowly may as well stand
 BOX_NOISE = 0.02  # of a box's place
 DRIFT = 0.05  # of the place, more every second, of somebody who stands
 WANDER = 0.2  # the same, more for every body height a second
 
 
 class Motion(NamedTuple):
-    """Boxes of walkers to come, pixels; shape (m, k), one column a time."""
+    """Boxes of walkers to come, pixels; shape (k, m), one row a time, one column a walker."""
 
     x: np.ndarray  # centre column
     feet: np.ndarray  # row of the feet
     w: np.ndarray
     h: np.ndarray
 
-    def take(self, rows):
-        """The walkers `rows`."""
-        return Motion(*(value[rows] for value in self))
+    def take(self, walkers):
+        """The boxes of some walkers, by number."""
+        return Motion(*(value[:, walkers] for value in self))
 
 
 def move_straight(walkers, times):
-    """The walkers' boxes at `times` seconds from now, on straight lines in the image."""
+    """The walkers' boxes in some seconds, on straight lines in the image.
+
+    Parameters
+    ----------
+    walkers : pairs.Walkers
+    times : array_like, shape (k,)
+        Seconds from now.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    ArgumentError
+        When a time is not finite.
+    """
+    times = _column(times)
     weights = walkers.seen.astype(float)
     x, feet, h = (
         fit_lines(walkers.time, value, weights=weights)
         for value in (walkers.x, walkers.feet, walkers.h)
     )
-    height = np.maximum(h.intercept[:, None] + h.slope[:, None] * times, 1.0)
-    low = SLOWEST * h.intercept[:, None]
-    height = np.maximum(height, low)
+    # Nobody shrinks to nothing, nor does the line through a box that jumps in size.
+    now = np.maximum(h.intercept, SLOWEST * walkers.h[:, -1])
+    height = np.maximum(now + h.slope * times, SLOWEST * now)
     seen_h = np.where(walkers.seen, walkers.h, 1.0)
     aspect = (weights * walkers.w / seen_h).sum(axis=1) / weights.sum(axis=1)
     return Motion(
-        x.intercept[:, None] + x.slope[:, None] * times,
-        feet.intercept[:, None] + feet.slope[:, None] * times,
-        aspect[:, None] * height,
+        x.intercept + x.slope * times,
+        feet.intercept + feet.slope * times,
+        aspect * height,
         height,
     )
+
+
+def _column(times):
+    """Times as a column, to broadcast over walkers."""
+    times = np.atleast_1d(np.asarray(times, dtype=float))
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ArgumentError(f"times is {times}; pass finite seconds, shape (k,).")
+    return times[:, None]
 
 
 @dataclass(frozen=True)
@@ -101,12 +127,18 @@ class Ground:
         near = fit_lines(walkers.time, 1 / scale, weights=weights)
         side = fit_lines(walkers.time, walkers.x / scale, weights=weights)
         feet = fit_lines(walkers.time, walkers.feet, weights=weights)
+        # The line through a box that jumps in size may end at a distance below 0; then the
+        # last box has to do.
+        last = 1 / scale[:, -1]
+        sound = near.intercept >= SLOWEST * last
+        now = np.where(sound, near.intercept, last)
+        beside = np.where(sound, side.intercept, walkers.x[:, -1] * last)
         total = weights.sum(axis=1)
         fill = (weights * height / scale).sum(axis=1) / total
         aspect = (weights * walkers.w / height).sum(axis=1) / total
         return cls(
             walkers,
-            *(near.intercept, near.slope, side.intercept, side.slope),
+            *(now, near.slope, beside, side.slope),
             *(fill, aspect, feet.intercept, feet.slope),
         )
 
@@ -123,33 +155,44 @@ class Ground:
         return np.hypot(*self.rate)
 
     def move(self, times):
-        """The walkers' boxes at `times` seconds from now."""
-        walkers = self.walkers
-        square = self.pace**2
+        """The walkers' boxes in some seconds; as `move_straight`, but straight on the ground."""
+        # Who walks straight at the camera hardly moves in the image, but grows.
+        walkers, square = self.walkers, self.pace**2 + (self.near_rate / self.near) ** 2
+        times = _column(times)
         fading = PERSISTENCE * -np.expm1(-times / PERSISTENCE)
-        lasting = (square / (square + JITTER**2))[:, None] * fading
-        near = self.near[:, None] + self.near_rate[:, None] * lasting
-        scale = 1 / np.maximum(near, SLOWEST * self.near[:, None])
-        x = (self.side[:, None] + self.side_rate[:, None] * lasting) * scale
-        h = self.fill[:, None] * scale
+        lasting = square / (square + JITTER**2) * fading
+        # Who comes too near is let go no farther: the column, too, is that of this moment.
+        coming = np.minimum(self.near_rate, 0.0)
+        nearest = (1 - SLOWEST) * self.near
+        lasting = np.where(
+            -coming * lasting > nearest, nearest / np.where(coming, -coming, 1.0), lasting
+        )
+        scale = 1 / (self.near + self.near_rate * lasting)
+        x = (self.side + self.side_rate * lasting) * scale
+        h = self.fill * scale
         # The feet keep their drop below the horizon, in body heights; without a horizon
         # they go on as they did.
         drop = (self.feet - walkers.horizon) * self.near
         feet = np.where(
-            walkers.rise[:, None] > 0,
-            walkers.horizon[:, None] + drop[:, None] * scale,
-            self.feet[:, None] + self.feet_rate[:, None] * lasting,
+            walkers.rise > 0,
+            walkers.horizon + drop * scale,
+            self.feet + self.feet_rate * lasting,
         )
-        return Motion(x, feet, self.aspect[:, None] * h, h)
+        return Motion(x, feet, self.aspect * h, h)
 
     def spread(self, times):
-        """Standard deviation of the place across at `times`, pixels, shape (m, k)."""
+        """Standard deviation of the place across at `times`, pixels, shape (k, m)."""
         wander = DRIFT**2 + (WANDER * self.pace) ** 2
-        height = self.fill / self.near
-        return np.sqrt(BOX_NOISE**2 + wander[:, None] * times**2) * height[:, None]
+        times = _column(times)
+        return np.sqrt(BOX_NOISE**2 + wander * times**2) * (self.fill / self.near)
 
     def heading(self, *, focal_length):
-        """The heading, degrees clockwise from away along the camera's axis, (m,)."""
-        middle = (self.walkers.camera.width - 1) / 2
+        """The heading, degrees clockwise from away along the camera's axis, (m,).
+
+        Of somebody who stands it says nothing.  The camera is taken to look level; looking
+        down by 20° costs a few degrees.
+        """
+        require_number("focal_length", focal_length, above=0, unit="pixels")
+        middle = self.walkers.camera.width / 2
         across = self.side_rate - middle * self.near_rate
         return np.degrees(np.arctan2(across, focal_length * self.near_rate)) % 360

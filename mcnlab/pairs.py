@@ -11,12 +11,12 @@ The two walkers may come from one recording, or from two walks of one camera lai
 each other, the second begun some frames later (a composite; thesis section 3.5).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from mcnlab.columns import H, W, X, Y
+from mcnlab.columns import FRAME, PIXEL_LIMIT, H, W, X, Y
 from mcnlab.errors import ArgumentError, DatasetError, require_count, require_number
 from mcnlab.lines import fit_lines_robust
 from mcnlab.perspective import DEPTH_RANGE
@@ -43,6 +43,11 @@ class Rules:
         Share of the observed frames with a box, at least.
     followed : float
         Share of the horizon's frames with both boxes, at least.
+
+    Raises
+    ------
+    ArgumentError
+        When a time is not positive, a share is not one, or `apart` is above `cover`.
     """
 
     observed: float = 1.0
@@ -69,7 +74,7 @@ RULES = Rules()
 
 @dataclass(frozen=True)
 class Camera:
-    """What is known of the camera that filmed the pairs."""
+    """What is known of the camera that filmed the pairs: frames a second, and pixels."""
 
     frame_rate: float
     width: int
@@ -83,7 +88,7 @@ class Walkers:
     Attributes
     ----------
     time : ndarray, shape (f,)
-        Seconds, 0 at the moment.
+        Seconds, rising to 0 at the moment.
     seen : ndarray of bool, shape (m, f)
         Where there is a box.
     x, feet, w, h : ndarray, shape (m, f)
@@ -110,9 +115,9 @@ class Walkers:
         return len(self.seen)
 
 
-@dataclass(frozen=True)
-class Pairs:
-    """Pairs of walkers, what is seen of them, and what then happens.
+@dataclass(frozen=True, kw_only=True)
+class Watch:
+    """Pairs of walkers at a moment, with nothing known of what comes.
 
     Attributes
     ----------
@@ -126,13 +131,7 @@ class Pairs:
     people : ndarray of str, shape (n, 2)
         Whose tracks they are.
     frame : ndarray of int, shape (n,)
-        The moment, a frame number of the first walker's track.
-    occludes : ndarray of bool, shape (n,)
-        Whether they do within the horizon.
-    seconds : ndarray, shape (n,)
-        When; 0 where they do not.
-    x, y : ndarray, shape (n,)
-        Where, pixels; 0 where they do not.
+        The moment, as a frame number of the first walker's track.
     rules : Rules
     """
 
@@ -143,11 +142,7 @@ class Pairs:
     now: np.ndarray
     people: np.ndarray
     frame: np.ndarray
-    occludes: np.ndarray
-    seconds: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    rules: Rules = field(default=RULES)
+    rules: Rules = RULES
 
     def __len__(self):
         return len(self.who)
@@ -156,6 +151,26 @@ class Pairs:
     def body(self):
         """Pixels of a body's height at the pair: the mean of the two boxes now, (n,)."""
         return self.walkers.h[:, -1][self.who].mean(axis=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pairs(Watch):
+    """Pairs of walkers, and what then happens.
+
+    Attributes
+    ----------
+    occludes : ndarray of bool, shape (n,)
+        Whether they do within the horizon.
+    seconds : ndarray, shape (n,)
+        When, after the moment; 0 where they do not.
+    x, y : ndarray, shape (n,)
+        Where: the middle of the intersection, pixels; 0 where they do not.
+    """
+
+    occludes: np.ndarray
+    seconds: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
 
 
 def cover_of(first, second):
@@ -169,11 +184,28 @@ def cover_of(first, second):
     Returns
     -------
     ndarray
-        Between 0 and 1.
+        Between 0 and 1; boxes that only touch have 0.
+
+    Raises
+    ------
+    ArgumentError
+        When a number is not finite, or a width or height not positive.
     """
+    first, second = _sound_boxes("first", first), _sound_boxes("second", second)
     across, down = _overlap(first, second)
     smaller = np.minimum(first[2] * first[3], second[2] * second[3])
-    return np.maximum(across, 0) * np.maximum(down, 0) / smaller
+    # Edges are rounded, so that a box could cover itself by a little more than 1.
+    return np.minimum(np.maximum(across, 0) * np.maximum(down, 0) / smaller, 1.0)
+
+
+def _sound_boxes(name, box):
+    box = tuple(np.asarray(values, dtype=float) for values in box)
+    finite = all(np.isfinite(values).all() for values in box)
+    if len(box) != 4 or not finite or (box[2] <= 0).any() or (box[3] <= 0).any():
+        raise ArgumentError(
+            f"{name} is not boxes; pass x, y, w, h, finite, with w and h above 0 pixels."
+        )
+    return box
 
 
 def _overlap(first, second):
@@ -191,7 +223,8 @@ def find_pairs(recording, *, rules=RULES):
     Parameters
     ----------
     recording : Recording
-        Tracks of one camera; frame numbers are its clock.
+        Tracks of one camera; frame numbers are its clock, and each track is another person.
+        A second is the nearest whole number of frames, at least one.
     rules : Rules, optional
 
     Returns
@@ -202,14 +235,15 @@ def find_pairs(recording, *, rules=RULES):
     Raises
     ------
     DatasetError
-        When there is no pair.
+        When there is no pair, or the frame rate is too low for the rules.
     """
     stack = recording.stack
-    second = round(recording.frame_rate)
-    begin, end = int(stack.start.min()), int((stack.start + stack.length).max())
     look = _Look.of(recording, rules)
+    # Only frames with boxes hold pairs, and there may be years between two tracks.
+    clock = np.unique(recording.boxes[FRAME].to_numpy(np.int64))
+    since = clock - clock[0] - (look.frames - 1)
     firsts, seconds, nows = [], [], []
-    for frame in range(begin + look.frames - 1, end - 1, second):
+    for frame in clock[(since >= 0) & (since % look.second == 0)]:
         here = np.flatnonzero(look.observed(np.arange(len(stack.start)), frame - stack.start))
         i, j = np.triu_indices(len(here), 1)
         firsts.append(here[i])
@@ -220,6 +254,40 @@ def find_pairs(recording, *, rules=RULES):
     return _judge(recording, look, track, now, _horizons_until, rules)
 
 
+def watch(recording, frame, *, rules=RULES):
+    """Every pair at one frame, to forecast what is not filmed yet.
+
+    Parameters
+    ----------
+    recording : Recording
+        As for `find_pairs`; what comes after the frame is not looked at.
+    frame : int
+    rules : Rules, optional
+        How long is observed, and how well; pairs that cover each other already are given too.
+
+    Returns
+    -------
+    Watch
+
+    Raises
+    ------
+    DatasetError
+        When fewer than two walkers were boxed for the observed time before the frame.
+    """
+    frame = require_count("frame", frame)
+    stack = recording.stack
+    look = _Look.of(recording, rules)
+    here = np.flatnonzero(look.observed(np.arange(len(stack.start)), frame - stack.start))
+    if len(here) < 2:
+        raise DatasetError(
+            f"{recording.name} shows {len(here)} walker(s) at frame {frame} who were boxed for "
+            f"{rules.observed:g} s; an occlusion takes two. Pass another frame."
+        )
+    track = here[np.stack(np.triu_indices(len(here), 1), axis=1)]
+    now = frame - stack.start[track]
+    return Watch(**_see(recording, look, track, now, _horizons_until, rules))
+
+
 def lay_over(recording, *, shifts, rules=RULES):
     """Every pair in composites of two walks, by different people, of one recording.
 
@@ -228,24 +296,28 @@ def lay_over(recording, *, shifts, rules=RULES):
     recording : Recording
         One walk a sequence; their frame numbers need not be one clock.
     shifts : sequence of int
-        Frames by which the second walk begins later.
+        Frames by which the second walk begins later; at 0, two walks make one composite,
+        otherwise two.
     rules : Rules, optional
 
     Returns
     -------
     Pairs
-        Mirrored copies are laid over other walks too, but not over their own.
+        In order of shift and time.  Mirrored copies are laid over other people's walks too,
+        but not over those of their own subject.
 
     Raises
     ------
     DatasetError
-        When no composite holds a pair.
+        When no composite holds a pair, or the frame rate is too low for the rules.
     ArgumentError
-        When a shift is not a whole number of at least 0.
+        When a shift is not a whole number of at least 0, or there is none.
     """
+    shifts = list(shifts) if np.iterable(shifts) else [shifts]
     shifts = [require_count("shifts", shift) for shift in shifts]
-    stack = recording.stack
-    second = round(recording.frame_rate)
+    if not shifts:
+        raise ArgumentError("shifts is empty; pass at least one number of frames.")
+    longest = recording.stack.valid.shape[1]
     look = _Look.of(recording, rules)
     subject = recording.subjects.to_numpy()
     # In a composite without a shift the order says nothing.
@@ -253,7 +325,7 @@ def lay_over(recording, *, shifts, rules=RULES):
     tracks, nows = [], []
     for shift in sorted(set(shifts)):
         pairs = either if shift else either[either[:, 0] < either[:, 1]]
-        for frame in range(look.frames - 1, stack.valid.shape[1] + shift, second):
+        for frame in range(look.frames - 1, longest, look.second):
             now = np.array([frame, frame - shift])
             fit = look.observed(pairs[:, 0], now[0]) & look.observed(pairs[:, 1], now[1])
             tracks.append(pairs[fit])
@@ -273,24 +345,39 @@ class _Look:
     valid: np.ndarray
     boxes: tuple  # x, y, w, h, like `valid`
     room: int
+    second: int  # frames
     frames: int  # of the observed time
-    ahead: int  # of the horizon
-    half: int
+    half: int  # of those, from the middle one to the moment
+    ahead: int  # of the horizon, as far as any track can last
+    wanted: float  # of the horizon, with both boxes
     rules: Rules
 
     @classmethod
     def of(cls, recording, rules):
         rate, stack = recording.frame_rate, recording.stack
+        shortest = min(rules.observed, rules.horizon)
+        if rate * shortest < 0.5:
+            raise DatasetError(
+                f"{recording.name} has {rate:g} frames a second, hardly one in {shortest:g} s; "
+                "pass rules that look longer."
+            )
         frames, ahead = max(2, round(rate * rules.observed)), max(1, round(rate * rules.horizon))
+        longest = stack.valid.shape[1]
+        if frames > longest:
+            raise _no_pair(recording, rules)
+        wanted = rules.followed * ahead - 1e-9
+        ahead = min(ahead, longest)
         room = max(frames, ahead)
         beside = ((0, 0), (room, room))
         return cls(
             np.pad(stack.valid, beside),
             tuple(np.pad(stack.curves[name], beside) for name in (X, Y, W, H)),
             room,
+            max(1, round(rate)),
             frames,
-            ahead,
             frames // 2,
+            ahead,
+            wanted,
             rules,
         )
 
@@ -329,7 +416,7 @@ def _judge(recording, look, track, now, horizons, rules):
         smaller = np.minimum(first[2] * first[3], second[2] * second[3])
         covered = np.maximum(across, 0) * np.maximum(down, 0)
         hit = (covered > rules.cover * smaller) & both
-        followed = both[:, 1:].sum(axis=1) >= rules.followed * look.ahead - 1e-9
+        followed = both[:, 1:].sum(axis=1) >= look.wanted
         keep[at] = followed & (covered[:, 0] <= rules.apart * smaller[:, 0])
         when = np.where(hit[:, 1:].any(axis=1), hit[:, 1:].argmax(axis=1) + 1, 0)
         row = np.arange(len(when))
@@ -338,31 +425,49 @@ def _judge(recording, look, track, now, horizons, rules):
         x[at] = left + across[row, when] / 2
         y[at] = top + down[row, when] / 2
     if not keep.any():
-        raise DatasetError(
-            f"{recording.name} holds no pair of walkers that are apart and followed for "
-            f"{rules.horizon:g} s; pass a longer recording or other rules."
-        )
+        raise _no_pair(recording, rules)
     track, now, later, x, y = track[keep], now[keep], later[keep], x[keep], y[keep]
-    places = np.unique(np.r_[track * look.valid.shape[1] + now], return_inverse=True)
-    moment = np.stack(np.divmod(places[0], look.valid.shape[1]), axis=1)
     occludes = later > 0
     return Pairs(
-        name=recording.name,
-        walkers=_watch(recording, look, moment, horizons),
-        who=places[1].reshape(-1, 2),
-        track=track,
-        now=now,
-        people=recording.subjects.to_numpy(object).astype(str)[track],
-        frame=recording.stack.start[track[:, 0]] + now[:, 0],
+        **_see(recording, look, track, now, horizons, rules),
         occludes=occludes,
         seconds=later / recording.frame_rate,
         x=np.where(occludes, x, 0.0),
         y=np.where(occludes, y, 0.0),
-        rules=rules,
     )
 
 
-def _watch(recording, look, moment, horizons):
+def _see(recording, look, track, now, horizons, rules):
+    """The fields of a `Watch`."""
+    # Each walker and moment once, however many pairs it is in.
+    places = np.unique(track * look.valid.shape[1] + now, return_inverse=True)
+    moment = np.stack(np.divmod(places[0], look.valid.shape[1]), axis=1)
+    return {
+        "name": recording.name,
+        "walkers": _walkers_at(recording, look, moment, horizons),
+        "who": places[1].reshape(-1, 2),
+        "track": track,
+        "now": now,
+        "people": recording.subjects.to_numpy(object).astype(str)[track],
+        "frame": recording.stack.start[track[:, 0]] + now[:, 0],
+        "rules": rules,
+    }
+
+
+def _no_pair(recording, rules):
+    if len(recording.sequences) < 2:
+        return DatasetError(
+            f"{recording.name} holds one walker, {recording.sequences[0]!r}; an occlusion takes "
+            "two. Pass a recording of more."
+        )
+    return DatasetError(
+        f"{recording.name} holds no pair of walkers boxed for {rules.observed:g} s, apart, and "
+        f"followed for {rules.horizon:g} s; pass a longer recording or other rules."
+    )
+
+
+def _walkers_at(recording, look, moment, horizons):
+    """What is seen of walkers up to their moments; `moment` is (m, 2), track and column."""
     offsets = np.arange(1 - look.frames, 1)
     seen, (x, y, w, h) = look.at(moment[:, 0], moment[:, 1], offsets)
     horizon, rise = horizons(recording, recording.stack.start[moment[:, 0]] + moment[:, 1])
@@ -372,18 +477,18 @@ def _watch(recording, look, moment, horizons):
 
 
 def _no_horizon(_recording, frame):
-    """Walks laid over each other were filmed by cameras that need not be one."""
+    """None: walks laid over each other were filmed by cameras that need not be one."""
     return np.zeros(len(frame)), np.zeros(len(frame))
 
 
 def _horizons_until(recording, frame):
     """The horizon that the boxes up to each frame show; see `perspective.estimate_camera`."""
     boxes = recording.boxes
-    clock = boxes["frame"].to_numpy()
-    order = np.argsort(clock, kind="stable")
-    clock = clock[order]
-    height = boxes[H].to_numpy(float)[order]
-    feet = boxes[Y].to_numpy(float)[order] + height
+    clock, height = boxes[FRAME].to_numpy(np.int64), boxes[H].to_numpy(float)
+    feet = boxes[Y].to_numpy(float) + height
+    # Whatever the order of the tracks, the same boxes are taken.
+    order = np.lexsort((height, feet, clock))
+    clock, height, feet = clock[order], height[order], feet[order]
     horizon, rise = np.zeros(len(frame)), np.zeros(len(frame))
     for moment in np.unique(frame):
         count = np.searchsorted(clock, moment, side="right")
@@ -392,7 +497,8 @@ def _horizons_until(recording, frame):
         if high < DEPTH_RANGE * low or np.ptp(feet[some]) == 0:
             continue
         line, _ = fit_lines_robust(feet[some], height[some])
-        if line.slope > 0:
+        # A horizon beyond any image is a line that is level but for rounding.
+        if line.slope * PIXEL_LIMIT > abs(line.intercept):
             now = frame == moment
             horizon[now], rise[now] = -line.intercept / line.slope, 1 / line.slope
     return horizon, rise

@@ -67,7 +67,7 @@ def render(table, out):
     shown = [entry for entry in FIGURES.values() if (Path(out) / "figures" / entry.file).is_file()]
     thesis = sorted(
         (entry for entry in shown if entry.section),
-        key=lambda entry: [int(part) for part in entry.number.split(".")],
+        key=lambda entry: entry.place,
     )
     beyond = sorted(
         (entry for entry in shown if not entry.section),
@@ -101,7 +101,7 @@ def render(table, out):
 
 
 def _article(entry, rows):
-    number = f"Figure {entry.number}" if entry.section else "Beyond"
+    number = entry.label
     where = " · ".join(
         [f"section {entry.section}"] * bool(entry.section)
         + [f"<a href='notebooks/{entry.notebook}.ipynb'>{entry.notebook}</a>"]

@@ -158,7 +158,7 @@ def best_threshold(occludes, probability, groups=None, *, say=None):
         sequence counts no more than a short one.  A sequence in which no pair occludes has F1
         0 at any threshold, and no say.
     say : dict, optional
-        Sequence → how much it counts in that mean; all alike if not given.
+        Sequence → how much it counts in that mean, above 0; all alike if not given.
 
     Returns
     -------
@@ -168,10 +168,12 @@ def best_threshold(occludes, probability, groups=None, *, say=None):
     Raises
     ------
     ArgumentError
-        When lengths differ, a number is out of range, or no pair occludes.
+        When lengths differ, a number is out of range, no pair occludes, or `say` lacks a
+        sequence in which one does.
     """
     occludes, probability = _check_pairs(occludes, probability)
     _require_positive(occludes)
+    say = _check_say(say, groups)
     names = np.zeros(len(occludes)) if groups is None else _flat("groups", groups).astype(str)
     _require_length(occludes, groups=names)
     levels = np.unique(probability)
@@ -628,7 +630,20 @@ def _codes(name, names):
     return np.unique(_flat(name, names).astype(str), return_inverse=True)[1]
 
 
+def _check_say(say, groups):
+    """`say` by the names of the groups as text, as groups are told apart."""
+    if say is None:
+        return None
+    if groups is None or not isinstance(say, dict):
+        raise ArgumentError(
+            f"say is {type(say).__name__}, groups {'not ' * (groups is None)}given; pass groups, "
+            "and say as a dict: group → how much it counts."
+        )
+    return {str(group): counts for group, counts in say.items()}
+
+
 def _say_of(say, group):
+    group = str(group)
     if group not in say:
         raise ArgumentError(f"say lacks the group {group!r}; say how much every group counts.")
     return require_number(f"say[{group!r}]", say[group], above=0)

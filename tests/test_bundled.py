@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mcnlab import bundled
+from mcnlab import bundled, bundling
 from mcnlab.__main__ import main
 from mcnlab.columns import check_boxes
 from mcnlab.datasets.mirror import SUFFIX
@@ -50,7 +50,7 @@ def bring_your_own(tmp_path, make_boxes):
 
 
 def test_the_bundled_tables_are_those_that_were_measured():
-    table = bundled.check_bundled()
+    table = bundling.check_bundled()
     assert set(table["table"]) == {
         "casia-a/boxes.csv.gz",
         *(f"pets2009/{name}.csv.gz" for name in ("headings", "speeds", "traces", "feet")),
@@ -127,18 +127,18 @@ def test_measuring_writes_tables_that_pass_the_check(casia_folder, tmp_path):
     (data / "casia-a").mkdir()
     (data / "silhouettes").rename(data / "casia-a" / "silhouettes")
     (data / "directions.csv").rename(data / "casia-a" / "directions.csv")
-    written = bundled.measure_all(data, out)
+    written = bundling.measure_all(data, out)
     assert all(path.is_file() for path in written)
-    assert bundled.check_bundled(out)["sound"].tolist() == [True]
+    assert bundling.check_bundled(out)["sound"].tolist() == [True]
     again = bundled.read_casia_a(out / "casia-a")
     assert again.boxes.equals(bundled.measure_casia_a(data / "casia-a", n_jobs=1).boxes)
     first = [path.read_bytes() for path in written]
-    assert [path.read_bytes() for path in bundled.measure_all(data, out)] == first
+    assert [path.read_bytes() for path in bundling.measure_all(data, out)] == first
 
 
 def test_a_folder_without_recordings_cannot_be_measured(tmp_path):
     with pytest.raises(DatasetError, match="holds neither"):
-        bundled.measure_all(tmp_path, tmp_path / "out")
+        bundling.measure_all(tmp_path, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -223,13 +223,13 @@ def note(tmp_path):
 
 
 def test_a_table_that_is_not_the_measured_one_is_not_sound(note):
-    assert bundled.check_bundled(note())["sound"].tolist() == [False]
+    assert bundling.check_bundled(note())["sound"].tolist() == [False]
 
 
 @pytest.mark.parametrize("table", [None, b"junk", WHOLE[:30]], ids=["missing", "junk", "cut"])
 def test_a_table_that_cannot_be_read_is_named(note, table):
     with pytest.raises(DatasetError, match=r"boxes\.csv\.gz"):
-        bundled.check_bundled(note(table))
+        bundling.check_bundled(note(table))
 
 
 @pytest.mark.parametrize(
@@ -237,16 +237,16 @@ def test_a_table_that_cannot_be_read_is_named(note, table):
 )
 def test_a_note_without_its_facts_is_refused(note, tables):
     with pytest.raises(DatasetError, match="provenance"):
-        bundled.check_bundled(note(tables=tables))
+        bundling.check_bundled(note(tables=tables))
 
 
 def test_a_folder_without_notes_is_refused(tmp_path):
     with pytest.raises(DatasetError, match="no provenance note"):
-        bundled.check_bundled(tmp_path)
+        bundling.check_bundled(tmp_path)
     (tmp_path / "casia-a").mkdir()
     (tmp_path / "casia-a" / "provenance.json").write_text("{")
     with pytest.raises(DatasetError, match="not a provenance note"):
-        bundled.check_bundled(tmp_path)
+        bundling.check_bundled(tmp_path)
 
 
 def test_the_command_line_lists_the_bundled_tables():
@@ -281,7 +281,7 @@ def test_the_command_line_measures_only_what_it_is_given(tmp_path, capsys):
 
 
 def test_the_command_line_tells_a_damaged_table(note, monkeypatch, capsys):
-    monkeypatch.setattr(bundled.check_bundled, "__defaults__", (note(),))
+    monkeypatch.setattr(bundling.check_bundled, "__defaults__", (note(),))
     assert main(["data"]) == 1
     assert "False" in capsys.readouterr().out
 

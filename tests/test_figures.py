@@ -40,7 +40,12 @@ from mcnlab.ground import GridMap
 from mcnlab.results import Estimate
 from mcnlab.silhouettes import measure_sequence
 
-THESIS = [f"2.{number}" for number in range(1, 12)] + [f"3.{number}" for number in range(2, 14)]
+THESIS = [
+    *(f"2.{number}" for number in range(1, 12)),
+    *(f"3.{number}" for number in range(2, 14)),
+    *(f"table-3.{number}" for number in range(1, 4)),
+    *("3.14", "3.15"),
+]
 
 
 @pytest.fixture(scope="module")

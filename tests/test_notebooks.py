@@ -98,16 +98,20 @@ def test_every_result_id_of_the_registry_is_reported():
 def test_the_readme_lists_every_thesis_figure_with_its_notebook():
     readme = (ROOT / "README.md").read_text()
     rows = re.findall(
-        r"^\| (?:Figure|Figures) ([^|]+?) \| .*?\]\(notebooks/(\w+)\.ipynb\)", readme, re.M
+        r"^\| ((?:Figure|Table)s? [^|]+?) \| .*?\]\(notebooks/(\w+)\.ipynb\)", readme, re.M
     )
     listed = {}
     for numbers, notebook in rows:
-        for number in re.split(r", ", numbers):
+        kind = ""
+        for number in numbers.split(", "):
+            said = re.match(r"(Figure|Table)s? ", number)
+            if said:
+                kind, number = {"Figure": "", "Table": "table-"}[said[1]], number[said.end() :]
             first, _, last = number.partition("–")
             chapter, start = first.split(".")
             stop = (last or first).split(".")[1]
             for place in range(int(start), int(stop) + 1):
-                listed[f"{chapter}.{place}"] = notebook
+                listed[f"{kind}{chapter}.{place}"] = notebook
     assert listed == {number: entry.notebook for number, entry in FIGURES.items() if entry.section}
 
 

@@ -197,6 +197,56 @@ def test_a_sequence_without_an_occlusion_has_no_say():
     assert best_threshold(occludes, probability, ["a", "a", "b"]) == pytest.approx(0.5)
 
 
+@given(
+    st.lists(st.tuples(st.booleans(), tenths, st.integers(0, 2)), min_size=1, max_size=20).filter(
+        lambda pairs: any(occludes for occludes, _, _ in pairs)
+    )
+)
+def test_a_sequence_that_has_two_votes_is_there_twice(pairs):
+    occludes, probability, groups = unzip(pairs)
+    say = {0: 1, 1: 2, 2: 1.0}
+    twice = groups == 1
+    again = (
+        np.r_[occludes, occludes[twice]],
+        np.r_[probability, probability[twice]],
+        np.r_[groups, np.full(twice.sum(), 3)],
+    )
+    assert best_threshold(occludes, probability, groups, say=say) == best_threshold(*again)
+    # All alike is what is meant where nothing is said.
+    alike = dict.fromkeys("012", 7.5)
+    assert best_threshold(occludes, probability, groups, say=alike) == best_threshold(
+        occludes, probability, groups
+    )
+
+
+def test_who_has_the_say_decides():
+    # "a" wants a yes to 0.4 and "b" does not.
+    occludes, probability, groups = [True, True, True, False], [0.9, 0.4, 0.9, 0.4], list("aabb")
+    # Yes from 0.4 on: 1 and 2/3; from 0.9 on: 2/3 and 1.
+    assert best_threshold(occludes, probability, groups, say={"a": 2, "b": 1}) == 0.2
+    assert best_threshold(occludes, probability, groups, say={"a": 1, "b": 2}) == 0.65
+    # Without an occlusion nobody is asked, so a yes to all, (0, 0.9], is as good.
+    assert best_threshold([True, False], [0.9, 0.1], ["a", "c"], say={"a": 1}) == 0.45
+
+
+@pytest.mark.parametrize(
+    ("groups", "say", "match"),
+    [
+        (["a", "b"], {"a": 1}, "say lacks the group 'b'"),
+        (["a", "b"], {}, "say lacks the group 'a'"),
+        (["a", "b"], {"a": 1, "b": 0}, r"say\['b'\]"),
+        (["a", "b"], {"a": 1, "b": -1}, r"say\['b'\]"),
+        (["a", "b"], {"a": np.nan, "b": 1}, r"say\['a'\]"),
+        (["a", "b"], {"a": "much", "b": 1}, r"say\['a'\]"),
+        (["a", "b"], [1, 2], "say is list, groups given"),
+        (None, {"a": 1}, "say is dict, groups not given"),
+    ],
+)
+def test_a_say_that_does_not_fit_the_groups_is_refused(groups, say, match):
+    with pytest.raises(ArgumentError, match=match):
+        best_threshold([True, True], [0.1, 0.9], groups, say=say)
+
+
 def test_calibration_error_by_hand():
     # (0.1, 0.2]: two pairs, one occludes: |0.5 − 0.15|; (0.8, 0.9]: one, which does: |1 − 0.9|.
     error = calibration_error([True, False, True], [0.2, 0.1 + 1e-9, 0.9])

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from mcnlab import bundled, speed
+from mcnlab import bundled, bundling, speed
 from mcnlab.columns import FRAME, SEQUENCE
 from mcnlab.datasets.mirror import mirror_boxes
 from mcnlab.datasets.pedestrians import WORLD_X, WORLD_Y
@@ -531,8 +531,8 @@ def test_a_name_that_is_not_held_is_refused():
 @pytest.mark.parametrize("name", ["pets", "tud"])
 def test_the_bundled_windows_are_what_is_measured_now(recordings, name, tables):
     files, measure = {
-        "pets": (bundled._pets_files, bundled.measure_pets2009_speeds),
-        "tud": (bundled._tud_files, bundled.measure_tud_speeds),
+        "pets": (bundled.pets_files, bundled.measure_pets2009_speeds),
+        "tud": (bundled.tud_files, bundled.measure_tud_speeds),
     }[name]
     if not all(path.is_file() for path in files(recordings)):
         pytest.skip(f"no {name} in MCNLAB_DATA")
@@ -542,14 +542,14 @@ def test_the_bundled_windows_are_what_is_measured_now(recordings, name, tables):
 
 
 def test_measuring_writes_the_table_of_a_street(recordings, tmp_path):
-    files = bundled._tud_files(recordings)
+    files = bundled.tud_files(recordings)
     if not all(path.is_file() for path in files):
         pytest.skip("no TUD-Stadtmitte in MCNLAB_DATA")
     folder = tmp_path / "data" / "motchallenge" / "TUD-Stadtmitte"
     (folder / "gt").mkdir(parents=True)
     (folder / "gt" / "gt.txt").write_bytes(files[0].read_bytes())
     (folder / "seqinfo.ini").write_bytes(files[1].read_bytes())
-    written = bundled.measure_all(tmp_path / "data", tmp_path / "out")
+    written = bundling.measure_all(tmp_path / "data", tmp_path / "out")
     assert [path.name for path in written] == ["speeds.csv.gz", "provenance.json"]
     for path in written:
         assert path.read_bytes() == (bundled.BUNDLED / bundled.TUD / path.name).read_bytes()

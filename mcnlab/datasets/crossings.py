@@ -1,9 +1,9 @@
 """Synthetic crossings: people walking over a square before one camera, as boxes.
 
 The boxes follow from a pinhole camera above level ground and from where everybody walks, so
-the truth is known: who is where, in metres, at every frame.  A box swings in width with the
-steps, bobs, and is a little wrong, as boxes are.  People turn slowly as they walk; with
-``turning=0`` they walk straight on.
+the truth is known: who is where, in metres, at every frame.  A box swings in width and height
+with the steps, and its edges are a little wrong, as boxes are.  People turn slowly as they
+walk; with ``turning=0`` they walk straight on.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ import pandas as pd
 
 from mcnlab.columns import CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y
 from mcnlab.datasets.recording import Recording
-from mcnlab.errors import DatasetError, require_count, require_number
+from mcnlab.errors import ArgumentError, DatasetError, require_count, require_number
 
 NAME = "crossings"
 STATURE = (1.72, 0.09)  # metres, mean and standard deviation
@@ -23,6 +23,8 @@ ASPECT = 0.34  # a standing body's width over its height, arms and coat
 SWING = 0.12  # by how much of the height the width swings, seen from the side
 STEP_RATE = 1.95  # steps a second
 BOB = 0.012  # of the stature, up and down with the steps
+MOST = 10_000_000  # people times frames; more would not fit into memory
+_FAR_OFF = 10_000.0  # metres; nobody is seen from farther
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,11 @@ class Square:
         Of the optical axis below the horizontal, degrees.
     near, far : float
         Between which people cross, metres ahead of the camera.
+
+    Raises
+    ------
+    ArgumentError
+        When a number is out of range.
     """
 
     frame_width: int = 640
@@ -55,13 +62,27 @@ class Square:
         require_count("frame_width", self.frame_width, low=1)
         require_count("frame_height", self.frame_height, low=1)
         require_number("focal_length", self.focal_length, above=0, unit="pixels")
-        require_number("height", self.height, above=0, unit="metres")
+        require_number("height", self.height, above=0, high=_FAR_OFF, unit="metres")
         require_number("tilt", self.tilt, low=-60, high=80, unit="degrees")
         require_number("near", self.near, above=0, unit="metres")
-        require_number("far", self.far, above=self.near, unit="metres")
+        require_number("far", self.far, above=self.near, high=_FAR_OFF, unit="metres")
 
     def project(self, x, up, ahead):
-        """Image column, row and depth of points: metres right, up and ahead → pixels, metres."""
+        """Where points are seen.
+
+        Parameters
+        ----------
+        x, up, ahead : array_like
+            Metres to the right of the camera, above the ground, and ahead of the camera along
+            the ground.
+
+        Returns
+        -------
+        column, row : ndarray
+            Pixels; meaningless where the depth is not positive.
+        depth : ndarray
+            Metres along the optical axis.
+        """
         tilt = np.radians(self.tilt)
         below = self.height - up
         depth = ahead * np.cos(tilt) + below * np.sin(tilt)
@@ -73,7 +94,8 @@ class Square:
         )
 
     def scaled(self, factor):
-        """The same camera with images `factor` times as large."""
+        """The same camera with images `factor` times as large, to a whole pixel."""
+        factor = require_number("factor", factor, above=0, high=1000)
         return replace(
             self,
             frame_width=round(self.frame_width * factor),
@@ -97,14 +119,17 @@ def make_crossings(
     Parameters
     ----------
     people : int, optional
+        Some stand (`STANDING`), and some never come into view whole.
     seconds : float, optional
-        How long the recording is; everybody passes the middle of his way at some time in it.
+        How long the recording is.  Everybody is on the square, ahead of the camera, at a time
+        in it drawn at random.
     frame_rate : float, optional
         Frames a second.
     square : Square, optional
         The camera; 3 m up if not given.
     turning : float, optional
-        Degrees by which a heading wanders within a second (a random walk).
+        Standard deviation of how far a heading wanders within a second, degrees (a random
+        walk); 0 is straight on.
     box_noise : float, optional
         Standard deviation of each edge of a box, as a share of the body's height in the
         image.
@@ -113,20 +138,30 @@ def make_crossings(
     Returns
     -------
     Recording
-        One track a person, with boxes where the whole body is in the frame, and with
-        ``world_x, world_y`` (metres right of and ahead of the camera).
+        One track a person who comes into view, with boxes where the whole body is in the
+        frame, and with ``world_x, world_y`` (metres right of and ahead of the camera).  Frames
+        count from 1; the centroid is the middle of the box.
 
     Raises
     ------
-    McnError
-        When a number is out of range, or nobody comes into view.
+    ArgumentError
+        When a number is out of range, or there is too much to make.
+    DatasetError
+        When nobody comes into view.
     """
     people = require_count("people", people, low=1)
     seconds = require_number("seconds", seconds, above=0, unit="seconds")
     frame_rate = require_number("frame_rate", frame_rate, above=0, unit="frames a second")
     turning = require_number("turning", turning, low=0, unit="degrees")
     box_noise = require_number("box_noise", box_noise, low=0, high=0.2)
-    square = square or Square()
+    square = Square() if square is None else square
+    if not isinstance(square, Square):
+        raise ArgumentError(f"square is {square!r}; pass a Square, or None for the usual one.")
+    if people * max(2.0, seconds * frame_rate) > MOST:
+        raise ArgumentError(
+            f"people, seconds and frame_rate make {people} × {seconds * frame_rate:g} boxes; "
+            f"pass less, {MOST:,} at most."
+        )
     rng = np.random.default_rng(require_count("seed", seed))
     frames = max(2, round(seconds * frame_rate))
     time = np.arange(frames) / frame_rate
@@ -159,12 +194,12 @@ def _look(square, right, ahead, heading, pace, stature, time, rng, box_noise):
     """The boxes of everybody who is wholly in view."""
     phase = 2 * np.pi * (STEP_RATE * time + rng.uniform(size=stature.shape))
     moving = pace > 0
-    # Steps show across the line of sight; the legs are apart twice a period of the bob.
+    # Steps show across the line of sight.  Once a step the legs are apart, and the head bobs.
     sideways = np.abs(np.sin(heading - np.arctan2(right, ahead)))
     aspect = ASPECT + SWING * moving * sideways * (0.5 + 0.5 * np.cos(phase))
     top = stature * (1 + BOB * moving * np.sin(phase))
     column, feet, depth = square.project(right, 0.0, ahead)
-    head = square.project(right, top, ahead)[1]
+    _, head, head_depth = square.project(right, top, ahead)
     height = feet - head
     width = aspect * height
     edges = np.stack([column - width / 2, head, column + width / 2, feet])
@@ -172,7 +207,7 @@ def _look(square, right, ahead, heading, pace, stature, time, rng, box_noise):
     left, up, far, down = edges
     seen = (
         (ahead > 0.3 * square.near)
-        & (depth > 0)
+        & (np.minimum(depth, head_depth) > 0)
         & (left >= 0)
         & (far <= square.frame_width - 1)
         & (up >= 0)

@@ -5,7 +5,16 @@ A notebook shows each figure that it covers; a reproduction keeps the picture as
 """
 
 # Chapter by chapter; each module enters its figures.
-from mcnlab.figures import choosing, direction, gait, occlusion, speed, tracing, voting  # noqa: F401
+from mcnlab.figures import (  # noqa: F401
+    choosing,
+    direction,
+    foresight,
+    gait,
+    occlusion,
+    speed,
+    tracing,
+    voting,
+)
 from mcnlab.figures.direction import example_walk
 from mcnlab.figures.registry import FIGURES, NOTEBOOKS, START, draw, show
 

@@ -20,8 +20,22 @@ MIRROR, TRACE = "mirror_casia_a", "trace_silhouette_curves"
 SEPARATE, READ = "separate_directions_in_phase_space", "read_heading_from_perspective"
 SPEED = "bin_apparent_speed"
 TABULATE = "tabulate_occlusion"
+FORESEE = "foresee_occlusion"
 # In reading order.
-NOTEBOOKS = (START, SQUARE, ABOVE, VOTE, EXACT, MIRROR, TRACE, SEPARATE, READ, SPEED, TABULATE)
+NOTEBOOKS = (
+    START,
+    SQUARE,
+    ABOVE,
+    VOTE,
+    EXACT,
+    MIRROR,
+    TRACE,
+    SEPARATE,
+    READ,
+    SPEED,
+    TABULATE,
+    FORESEE,
+)
 
 
 @dataclass(frozen=True)
@@ -31,7 +45,8 @@ class Entry:
     Attributes
     ----------
     number : str
-        The thesis's number, or a name.
+        The thesis's number of a figure, ``"3.12"``, or of a table, ``"table-3.1"``; or a
+        name.
     title : str
     section : str
         Of the thesis; empty beyond it.
@@ -59,7 +74,25 @@ class Entry:
     @property
     def file(self):
         """The picture's file name."""
-        return f"figure-{self.number}.png"
+        return f"{self.number if self.is_table else 'figure-' + self.number}.png"
+
+    @property
+    def is_table(self):
+        """Whether it is a table of the thesis."""
+        return bool(self.section) and self.number.startswith("table-")
+
+    @property
+    def label(self):
+        """What to call it: "Figure 3.12", "Table 3.1" or "Beyond"."""
+        if not self.section:
+            return "Beyond"
+        return f"{'Table' if self.is_table else 'Figure'} {self.number.removeprefix('table-')}"
+
+    @property
+    def place(self):
+        """Where the thesis shows it, to sort by; its tables follow Figure 3.13."""
+        chapter, number = map(int, self.number.removeprefix("table-").split("."))
+        return (chapter, 13, number) if self.is_table else (chapter, number, 0)
 
 
 FIGURES = {}

@@ -1,5 +1,14 @@
 """Drawing: every ``plot_…`` takes ``ax=None`` and returns the Axes it drew on."""
 
+from mcnlab.plotting.foresight import (
+    plot_cover,
+    plot_moment,
+    plot_precision_recall,
+    plot_reliability,
+    plot_rules_by_cell,
+    plot_scores,
+    plot_shares_by_cell,
+)
 from mcnlab.plotting.gait import plot_by_angle, plot_rhythm, plot_timeline, plot_width
 from mcnlab.plotting.images import plot_flow, plot_frame
 from mcnlab.plotting.occlusion import (
@@ -31,6 +40,9 @@ from mcnlab.plotting.style import (
     FINDER_COLOURS,
     FLOW_COLOURS,
     FLOW_HATCHES,
+    FORECAST_COLOURS,
+    FORECAST_LINES,
+    FORECAST_MARKERS,
     GROUP_COLOURS,
     INK,
     LOWER,
@@ -65,6 +77,9 @@ __all__ = [
     "FINDER_COLOURS",
     "FLOW_COLOURS",
     "FLOW_HATCHES",
+    "FORECAST_COLOURS",
+    "FORECAST_LINES",
+    "FORECAST_MARKERS",
     "GROUP_COLOURS",
     "INK",
     "LOWER",
@@ -86,6 +101,7 @@ __all__ = [
     "plot_by_level",
     "plot_cameras",
     "plot_cells",
+    "plot_cover",
     "plot_curves",
     "plot_direction_table",
     "plot_directions",
@@ -102,13 +118,19 @@ __all__ = [
     "plot_lines",
     "plot_mask",
     "plot_mesh",
+    "plot_moment",
     "plot_patterns",
     "plot_phase",
     "plot_phase_space",
     "plot_phases",
+    "plot_precision_recall",
+    "plot_reliability",
     "plot_rhythm",
+    "plot_rules_by_cell",
+    "plot_scores",
     "plot_served",
     "plot_shares",
+    "plot_shares_by_cell",
     "plot_speed_table",
     "plot_timeline",
     "plot_traces",

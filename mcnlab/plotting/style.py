@@ -58,6 +58,15 @@ FLOW_HATCHES = {
 SPEED_COLOURS = {1: "#f0a63c", 2: "#c0436a", 3: "#3b1f5b"}
 SPEED_MARKERS = {1: "o", 2: "^", 3: "s"}
 SPEED_HATCHES = {1: "", 2: "//", 3: "xx"}
+# Ways to foresee occlusion; the two of our own are the dark ones.
+FORECAST_COLOURS = {
+    "thesis": "#8d6a9f",
+    "constant-velocity": "#f2b134",
+    "perspective": "#1d5fa8",
+    "learned": "#14213d",
+}
+FORECAST_MARKERS = {"thesis": "s", "constant-velocity": "D", "perspective": "o", "learned": "^"}
+FORECAST_LINES = {"thesis": ":", "constant-velocity": "--", "perspective": "-.", "learned": "-"}
 DENSITY = "YlGnBu"
 INK, PALE = "#222222", "#b8bcc2"
 UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"

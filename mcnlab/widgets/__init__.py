@@ -10,6 +10,7 @@ from mcnlab.widgets.direction import (
     separator_panel,
     silhouette_panel,
 )
+from mcnlab.widgets.foresight import pair_panel, rules_panel, threshold_panel
 from mcnlab.widgets.occlusion import TablePicker, occlusion_panel
 from mcnlab.widgets.panel import CellPicker, Panel
 from mcnlab.widgets.siting import choice_panel, flow_panel, gait_panel, vote_panel
@@ -25,9 +26,12 @@ __all__ = [
     "heading_panel",
     "mirror_panel",
     "occlusion_panel",
+    "pair_panel",
     "phase_panel",
+    "rules_panel",
     "separator_panel",
     "silhouette_panel",
     "speed_panel",
+    "threshold_panel",
     "vote_panel",
 ]
