@@ -55,6 +55,7 @@ def test_the_bundled_tables_are_those_that_were_measured():
         "casia-a/boxes.csv.gz",
         *(f"pets2009/{name}.csv.gz" for name in ("headings", "speeds", "traces", "feet")),
         "tud-stadtmitte/speeds.csv.gz",
+        "motchallenge/pairs.csv.gz",
     }
     assert table["sound"].all()
     for row in table.itertuples():

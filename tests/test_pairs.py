@@ -19,7 +19,7 @@ from mcnlab.datasets.mirror import add_mirrored, mirror_boxes
 from mcnlab.datasets.motchallenge import read_sequence
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError, TableError
-from mcnlab.pairs import RULES, Rules, cover_of, find_pairs, lay_over
+from mcnlab.pairs import RULES, Rules, cover_of, find_pairs, lay_over, watch
 
 WIDTH, HEIGHT = 200, 150
 seeds = st.integers(0, 10**6)
@@ -453,6 +453,35 @@ def test_stricter_rules_leave_fewer_pairs_and_occlusions(seed):
 
 
 # Composites
+
+
+def test_watching_sees_what_finding_sees_and_nothing_after():
+    made = make_crossings(people=12, seconds=12.0, seed=4)
+    known = find_pairs(made)
+    moment = int(known.frame[len(known) // 2])
+    before = made.boxes[made.boxes["frame"] <= moment].reset_index(drop=True)
+    now = watch(made.with_boxes(before), moment)
+    assert set(now.frame) == {moment}
+    # Every pair of those who were seen well enough, also those that cover each other already.
+    here = {person for row in now.people for person in row}
+    assert len(now) == len(here) * (len(here) - 1) // 2
+    names = [tuple(row) for row in now.people]
+    for number in np.flatnonzero(known.frame == moment):
+        same = names.index(tuple(known.people[number]))
+        for name in ("x", "feet", "w", "h", "seen", "horizon", "rise"):
+            seen, found = (getattr(one.walkers, name) for one in (now, known))
+            np.testing.assert_array_equal(seen[now.who[same]], found[known.who[number]])
+
+
+@pytest.mark.parametrize("frame", [0, 5, 10_000])
+def test_watching_takes_two_walkers_seen_long_enough(frame):
+    with pytest.raises(DatasetError, match=r"shows 0 walker.*Pass another frame"):
+        watch(make_crossings(people=5, seconds=4.0, seed=1), frame)
+
+
+def test_only_a_whole_frame_is_watched():
+    with pytest.raises(ArgumentError, match=r"frame is 2\.5"):
+        watch(make_crossings(people=5, seconds=4.0, seed=1), 2.5)
 
 
 def walks(seed, *, subjects=None, rate=7):

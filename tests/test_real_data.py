@@ -13,6 +13,7 @@ import pytest
 
 from mcnlab import bundled
 from mcnlab.columns import SEQUENCE, TRACE
+from mcnlab.comparison import compare_sequences
 from mcnlab.datasets.casia import find_sequences, read_directions
 from mcnlab.datasets.mirror import OBLIQUE, mirror_boxes, mirror_masks
 from mcnlab.datasets.pedestrians import PETS, read_pets, read_tsai_place
@@ -206,3 +207,20 @@ def test_everybody_of_pets_is_read(pets):
     recording = read_pets(pets[0].parent)
     assert recording.sequences == [str(person) for person in range(1, 20)]
     assert recording.boxes["frame"].between(0, 794).all()
+
+
+def test_the_bundled_forecasts_are_what_is_made_now(recordings):
+    made, _ = compare_sequences(recordings / bundled.MOTCHALLENGE)
+    now = {table["recording"].iloc[0]: table for table in made}
+    kept = {table["recording"].iloc[0]: table for table in bundled.video_pairs()[0]}
+    assert set(now) & set(kept), "MCNLAB_DATA holds none of the bundled sequences"
+    for name in set(now) & set(kept):
+        assert list(now[name].columns) == list(kept[name].columns)
+        for column, values in kept[name].items():
+            if values.dtype.kind == "f":
+                # Rounded to four decimals or six figures; a step of the future that begins
+                # half of a probability may be another one on another machine.
+                apart = np.abs(now[name][column].to_numpy() - values.to_numpy())
+                assert np.quantile(apart, 0.999) < 1e-3, (name, column)
+            else:
+                assert now[name][column].astype(str).tolist() == values.astype(str).tolist()
