@@ -26,9 +26,9 @@ from mcnlab.datasets.video import open_video
 from mcnlab.datasets.walkers import make_walks
 from mcnlab.direction import turn_between
 from mcnlab.errors import DatasetError, require_choice
+from mcnlab.pace import compare_speeds, find_place
 from mcnlab.perspective import measure_headings
 from mcnlab.silhouettes import MIN_AREA, measure_sequences
-from mcnlab.speed import compare_speeds, find_place
 
 BUNDLED = Path(__file__).resolve().parent.parent / "data"
 VARIABLE = "MCNLAB_DATA"
@@ -239,7 +239,7 @@ def apparent_speeds(name):
     Returns
     -------
     pandas.DataFrame
-        As of `speed.compare_speeds`, for windows of `SPEED_SECONDS`.
+        As of `pace.compare_speeds`, for windows of `SPEED_SECONDS`.
 
     Raises
     ------
@@ -309,15 +309,20 @@ def video_pairs():
         When files are damaged beyond leaving a sequence out.
     """
     folder = data_folder()
-    tables, problems = [], ()
-    if folder is not None and (folder / MOTCHALLENGE).is_dir():
-        tables, problems = compare_sequences(folder / MOTCHALLENGE)
-    if not tables:
-        held = read_table(
-            BUNDLED / MOTCHALLENGE / "pairs.csv.gz", dtype={"first": str, "second": str}
-        )
-        tables = [table.reset_index(drop=True) for _, table in held.groupby("recording")]
-    return tables, problems
+    if folder is None or not (folder / MOTCHALLENGE).is_dir():
+        return bundled_pairs(), ()
+    tables, problems = compare_sequences(folder / MOTCHALLENGE)
+    if tables:
+        return tables, problems
+    nothing = f"{MOTCHALLENGE} holds no sequence that can be used; the bundled forecasts stand in."
+    return bundled_pairs(), (*problems, nothing)
+
+
+def bundled_pairs():
+    """The tables of `video_pairs` that came with mcnlab, one a recording."""
+    path = BUNDLED / MOTCHALLENGE / "pairs.csv.gz"
+    held = read_table(path, dtype={"first": str, "second": str})
+    return [table.reset_index(drop=True) for _, table in held.groupby("recording")]
 
 
 def flow_sequences():

@@ -11,10 +11,18 @@ import numpy as np
 import pandas as pd
 
 from mcnlab.datasets import motchallenge
+from mcnlab.datasets.cameramotion import moves
 from mcnlab.datasets.crossings import make_crossings
 from mcnlab.errors import McnError
 from mcnlab.pairs import RULES, find_pairs, lay_over
-from mcnlab.prediction import FEATURES, ConstantVelocity, Perspective, Thesis, describe
+from mcnlab.prediction import (
+    FEATURES,
+    ConstantVelocity,
+    Perspective,
+    Thesis,
+    UncertainVelocity,
+    describe,
+)
 
 COMPOSITES, CROSSINGS = "composites", "crossings"
 SHIFTS = (0, 12, 25)  # frames by which the second walk of a composite begins later
@@ -48,6 +56,7 @@ def compare(pairs, *, name=None, moving=False):
     forecasts = {
         "thesis": thesis.forecast(pairs),
         "constant-velocity": ConstantVelocity().forecast(pairs),
+        "uncertain-velocity": UncertainVelocity().forecast(pairs),
         "perspective": outlook.forecast,
     }
     columns = {
@@ -116,7 +125,7 @@ def compare_sequences(folder, *, rules=RULES, n_jobs=1):
 
 def _try(recording, rules):
     try:
-        moving = motchallenge.moves(recording)
+        moving = moves(recording)
         return compare(find_pairs(recording, rules=rules), moving=moving), ""
     except McnError as fault:
         return None, f"{recording.name} was left out: {fault}"

@@ -12,22 +12,22 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from mcnlab import scoring
+from mcnlab import resampling, scoring
 from mcnlab.columns import check_columns
-from mcnlab.comparison import place_of
+from mcnlab.comparison import COMPOSITES, CROSSINGS, place_of
 from mcnlab.errors import ArgumentError, require_choice
 from mcnlab.occlusion import SIDES
 from mcnlab.prediction import FEATURES, Learned
 
-METHODS = ("thesis", "constant-velocity", "perspective", "learned")
+METHODS = ("thesis", "constant-velocity", "uncertain-velocity", "perspective", "learned")
 DEFAULT = "learned"  # the one to use
 MOST = 6000  # near pairs of one recording that have their full weight in learning
 ASKED = ("direction1", "direction2", "level1", "level2")  # of the thesis's tables
 # What is read of a table of pairs.
 NEEDED = (
     *("recording", "first", "second", "occludes", "seconds", "near", "moving"),
-    *(f"{name}.{value}" for name in METHODS[:3] for value in ("probability", "seconds")),
-    *(f"{name}.place_error" for name in METHODS[:3]),
+    *(f"{name}.{value}" for name in METHODS[:-1] for value in ("probability", "seconds")),
+    *(f"{name}.place_error" for name in METHODS[:-1]),
     *FEATURES,
 )
 
@@ -43,11 +43,13 @@ class Judged:
     thresholds : pandas.DataFrame
         Recording × method: chosen without the recording.
     scores : dict
-        (recording, method) → `scoring.Scores`.
+        (recording, method) → `resampling.Scores`.
     gains : dict
-        (recording, method) → `scoring.Difference`: `DEFAULT` less that method.
+        (recording, method) → `resampling.Difference`: `DEFAULT` less that method.
     moving : dict
         Recording → whether its camera moves.
+    left_out : tuple of str
+        What could not be scored, one sentence each.
     """
 
     table: pd.DataFrame
@@ -55,6 +57,7 @@ class Judged:
     scores: dict
     gains: dict
     moving: dict
+    left_out: tuple = ()
 
     @property
     def recordings(self):
@@ -70,9 +73,18 @@ class Judged:
         """The pairs of one recording."""
         return self.table[self.table["recording"] == recording]
 
-    def mean(self, method, measure):
-        """A score's mean over the recordings of unmoved cameras, or None where there is none."""
-        values = [getattr(self.scores[name, method], measure).value for name in self.static]
+    @property
+    def videos(self):
+        """The real videos among those of unmoved cameras."""
+        return [name for name in self.static if name not in (COMPOSITES, CROSSINGS)]
+
+    def mean(self, method, measure, recordings=None):
+        """A score's mean over recordings, those of unmoved cameras if none are named.
+
+        None where there is none.
+        """
+        recordings = self.static if recordings is None else recordings
+        values = [getattr(self.scores[name, method], measure).value for name in recordings]
         values = [value for value in values if value is not None]
         return float(np.mean(values)) if values else None
 
@@ -106,18 +118,19 @@ class Judged:
                 if method != DEFAULT:
                     for measure, found in self.gains[name, method]._asdict().items():
                         results.add(f"occlusion.{name}.gain.{method}.{measure}", found, data=data)
-        data = f"mean over {len(self.static)} recordings of unmoved cameras"
-        for method in METHODS:
-            for measure in ("f1", "ap", "calibration_error"):
-                mean = self.mean(method, measure)
-                results.add(f"occlusion.mean.{method}.{measure}", mean, data=data)
-        for method in METHODS:
-            if method != DEFAULT:
-                gain = self.mean(DEFAULT, "f1") - self.mean(method, "f1")
-                results.add(f"occlusion.gain.{method}.f1", gain, data=data)
+        for part, recordings in {"mean": self.static, "videos": self.videos}.items():
+            data = f"mean over {len(recordings)} recordings of unmoved cameras"
+            for method in METHODS:
+                for measure in ("f1", "ap", "calibration_error"):
+                    mean = self.mean(method, measure, recordings)
+                    results.add(f"occlusion.{part}.{method}.{measure}", mean, data=data)
+            for method in METHODS:
+                if method != DEFAULT and recordings:
+                    best, other = (self.mean(one, "f1", recordings) for one in (DEFAULT, method))
+                    results.add(f"occlusion.{part}.gain.{method}.f1", best - other, data=data)
 
 
-def judge(tables, *, draws=400, seed=0):
+def judge(tables, *, also=(), draws=400, seed=0):
     """Learn, choose thresholds and score, always without the recording that is judged.
 
     Parameters
@@ -125,6 +138,9 @@ def judge(tables, *, draws=400, seed=0):
     tables : list of pandas.DataFrame
         As `comparison.compare` gives them, each recording's own.  A recording in which no
         pair occludes cannot be scored and is left out.
+    also : list of pandas.DataFrame, optional
+        Further recordings to learn from, which are not scored: those of places that `tables`
+        do not hold.
     draws : int, optional
         Of the bootstrap.
     seed : int, optional
@@ -136,27 +152,43 @@ def judge(tables, *, draws=400, seed=0):
     Raises
     ------
     McnError
-        When fewer than two unmoved cameras filmed pairs that occlude, a recording is there
-        twice, a table holds two recordings or lacks a column, or the near pairs of the other
-        recordings all occlude or none does.
+        When no pair of any table occludes, there is no unmoved camera elsewhere to learn
+        from, a recording is there twice, a table holds two recordings or lacks a column, or
+        the near pairs of the other recordings all occlude or none does.
     """
-    for table in tables:
+    for table in (*tables, *also):
         check_columns(table, NEEDED, argument="tables")
         if len(set(table["recording"])) > 1:
             raise ArgumentError("tables hold two recordings in one; pass one table a recording.")
+    left_out = tuple(
+        f"{table['recording'].iloc[0]} was not scored: none of its {len(table)} pairs occludes."
+        for table in tables
+        if not table["occludes"].any()
+    )
     tables = [table for table in tables if table["occludes"].any()]
     moving = {table["recording"].iloc[0]: bool(table["moving"].any()) for table in tables}
     if len(moving) < len(tables):
         raise ArgumentError("tables hold a recording twice; pass each once.")
+    if not tables:
+        raise ArgumentError("tables hold no pair that occludes; pass longer recordings, or more.")
     tables = dict(zip(moving, tables, strict=True))
-    if len({place_of(name) for name in tables if not moving[name]}) < 2:
-        raise ArgumentError(
-            f"tables hold {len(tables)} recordings with occlusions; learning from others needs "
-            "two places that unmoved cameras filmed."
-        )
+    at_hand = {place_of(name) for name in tables}
+    elsewhere = [table for table in also if place_of(table["recording"].iloc[0]) not in at_hand]
+    teachers = [
+        table
+        for table in (*tables.values(), *elsewhere)
+        if table["occludes"].any() and not table["moving"].any()
+    ]
     chosen, scores, gains, judged = {}, {}, {}, []
     for name in tables:
-        others = _others(name, tables, moving)
+        others = [
+            table for table in teachers if place_of(table["recording"].iloc[0]) != place_of(name)
+        ]
+        if not others:
+            raise ArgumentError(
+                f"tables hold nothing to learn from for {name}; it takes another place, with "
+                "occlusions, that an unmoved camera filmed. Pass more, or some as also."
+            )
         model = learn(others)
         # The thresholds know the others only; so does the regression behind "learned".
         table, *others = (with_learned(held, model) for held in (tables[name], *others))
@@ -167,11 +199,11 @@ def judge(tables, *, draws=400, seed=0):
         ours = forecast_of(table, DEFAULT)
         for method in METHODS:
             said = forecast_of(table, method)
-            scores[name, method] = scoring.score(
+            scores[name, method] = resampling.score(
                 truth, said, threshold=chosen[name, method], draws=draws, seed=seed
             )
             if method != DEFAULT:
-                gains[name, method] = scoring.difference(
+                gains[name, method] = resampling.difference(
                     truth,
                     ours,
                     said,
@@ -182,7 +214,7 @@ def judge(tables, *, draws=400, seed=0):
     thresholds = pd.DataFrame(
         {method: {name: chosen[name, method] for name in tables} for method in METHODS}
     )
-    return Judged(pd.concat(judged, ignore_index=True), thresholds, scores, gains, moving)
+    return Judged(pd.concat(judged, ignore_index=True), thresholds, scores, gains, moving, left_out)
 
 
 def summarise(tables):
@@ -201,7 +233,7 @@ def summarise(tables):
 
 
 def _count_people(table):
-    return len(np.unique(table[["first", "second"]].to_numpy(str)))
+    return len(pd.unique(table[["first", "second"]].to_numpy().ravel()))
 
 
 def learn(tables):
@@ -224,14 +256,13 @@ def choose_threshold(tables, method):
 
     Recordings of the same people share what one would count.
     """
-    table = pd.concat(tables, ignore_index=True)
+    said = f"{method}.probability"
+    table = pd.concat([held[["recording", "occludes", said]] for held in tables])
     people = {
         held["recording"].iloc[0]: _count_people(held) / alike
         for held, alike in zip(tables, _alike(tables), strict=True)
     }
-    return scoring.best_threshold(
-        table["occludes"], table[f"{method}.probability"], table["recording"], say=people
-    )
+    return scoring.best_threshold(table["occludes"], table[said], table["recording"], say=people)
 
 
 class Experience(NamedTuple):
@@ -286,7 +317,7 @@ def count_experience(table):
 
 
 def truth_of(table):
-    """What `scoring.score` asks of the truth.
+    """What `resampling.score` asks of the truth.
 
     Places are kept as errors, in body heights: the truth is at 0, and 1 is a body's height.
     """
@@ -294,18 +325,10 @@ def truth_of(table):
 
 
 def forecast_of(table, method):
-    """What `scoring.score` asks of a forecast; see `truth_of`."""
+    """What `resampling.score` asks of a forecast; see `truth_of`."""
     names = {f"{method}.{name}": name for name in ("probability", "seconds")}
     held = table[list(names)].rename(columns=names)
     return held.assign(x=table[f"{method}.place_error"], y=0.0)
-
-
-def _others(name, tables, moving):
-    return [
-        table
-        for other, table in tables.items()
-        if place_of(other) != place_of(name) and not moving[other]
-    ]
 
 
 def _alike(tables):

@@ -159,7 +159,9 @@ def find_period(
     as late for strides), placed between frames by a parabola.  Tested is its rise over the
     autocorrelation at half the lag, where the legs cross (or the other foot steps): that
     finds more of the oblique walks than the peak's height, at the same rate of false
-    alarms, as memory alone lifts both.
+    alarms, as memory alone lifts both.  A step shorter than half of the longest looked for
+    repeats twice within `periods`; where it falls between two frames and its double on one,
+    the double may be found.
     """
     search = _check_options(frame_rate, rhythm, periods, false_alarm)
     curve = as_numbers("curve", curve)

@@ -249,9 +249,7 @@ def place_printed(subject1, subject2, *, same_way=False):
         square to the line between the two (the denominator is 0), or the two never meet.
         `place_reached` answers all but the last.
     """
-    one, two = _check_walker("subject1", subject1), _check_walker("subject2", subject2)
-    seconds = _meeting(one, two, same_way)
-    _refuse(np.isinf(seconds), "subject1 and subject2 never meet", "leave that pair out")
+    one, two, seconds = _check_meeting(subject1, subject2, same_way)
     _refuse(
         np.abs(one.vx) <= np.abs(one.vy) / STEEPEST,
         "subject1 moves vertically or not at all, so it has no slope",
@@ -301,10 +299,7 @@ def place_reached(subject1, subject2, *, same_way=False, of="both"):
         When a walker's numbers are not sound, or the two never meet.
     """
     require_choice("of", of, ("both", "first"))
-    one, two = _check_walker("subject1", subject1), _check_walker("subject2", subject2)
-    seconds = _meeting(one, two, same_way)
-    _refuse(np.isinf(seconds), "subject1 and subject2 never meet", "leave that pair out")
-    return _place(one, two, seconds, of)
+    return _place(*_check_meeting(subject1, subject2, same_way), of)
 
 
 def inconsistency(subject1, subject2, *, same_way=False):
@@ -333,10 +328,9 @@ def inconsistency(subject1, subject2, *, same_way=False):
     ArgumentError
         When a walker's numbers are not sound, or the two never meet.
     """
-    x, y = place_reached(subject1, subject2, same_way=same_way, of="first")
-    one, two = _check_walker("subject1", subject1), _check_walker("subject2", subject2)
-    wanted = two.pixels * _meeting(one, two, same_way)
-    return np.abs(np.hypot(x - two.x, y - two.y) - wanted)
+    one, two, seconds = _check_meeting(subject1, subject2, same_way)
+    x, y = _place(one, two, seconds, "first")
+    return np.abs(np.hypot(x - two.x, y - two.y) - two.pixels * seconds)
 
 
 def foresee(first, second, *, frame_width, frame_height, slow=SLOW, fast=FAST, of="both"):
@@ -400,6 +394,14 @@ def _meeting(one, two, same_way):
     _require_one_shape(subject1=one.x, subject2=two.x)
     distance = np.hypot(two.x - one.x, two.y - one.y)
     return seconds_to_meet(distance, one.pixels, two.pixels, same_way=same_way)
+
+
+def _check_meeting(subject1, subject2, same_way):
+    """S1 and S2, both sound, and the seconds until they meet; an `ArgumentError` if never."""
+    one, two = _check_walker("subject1", subject1), _check_walker("subject2", subject2)
+    seconds = _meeting(one, two, same_way)
+    _refuse(np.isinf(seconds), "subject1 and subject2 never meet", "leave that pair out")
+    return one, two, seconds
 
 
 def _place(one, two, seconds, of):

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mcnlab.columns import FRAME, PIXEL_LIMIT, H, W, X, Y
+from mcnlab.columns import FRAME, PIXEL_LIMIT, SEQUENCE, SUBJECT, H, W, X, Y
 from mcnlab.errors import ArgumentError, DatasetError, require_count, require_number
 from mcnlab.lines import fit_lines_robust
 from mcnlab.perspective import DEPTH_RANGE
@@ -304,7 +304,8 @@ def lay_over(recording, *, shifts, rules=RULES):
     -------
     Pairs
         In order of shift and time.  Mirrored copies are laid over other people's walks too,
-        but not over those of their own subject.
+        but not over those of their own subject.  Where there is one subject only, his walks
+        are laid over each other, each as another person.
 
     Raises
     ------
@@ -320,6 +321,9 @@ def lay_over(recording, *, shifts, rules=RULES):
     longest = recording.stack.valid.shape[1]
     look = _Look.of(recording, rules)
     subject = recording.subjects.to_numpy()
+    if len(set(subject)) == 1:
+        recording = _each_his_own(recording)
+        subject = recording.subjects.to_numpy()
     # In a composite without a shift the order says nothing.
     either = np.stack(np.nonzero(subject[:, None] != subject), axis=1)
     tracks, nows = [], []
@@ -332,6 +336,12 @@ def lay_over(recording, *, shifts, rules=RULES):
             nows.append(np.tile(now, (fit.sum(), 1)))
     track, now = _joined(tracks).reshape(-1, 2), _joined(nows).reshape(-1, 2)
     return _judge(recording, look, track, now, _no_horizon, rules)
+
+
+def _each_his_own(recording):
+    """The recording with another subject in each walk."""
+    boxes = recording.boxes
+    return recording.with_boxes(boxes.assign(**{SUBJECT: boxes[SEQUENCE]}))
 
 
 def _joined(parts):

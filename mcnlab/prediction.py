@@ -1,4 +1,4 @@
-"""Will two walkers cover each other, when, and where: four forecasters.
+"""Will two walkers cover each other, when, and where: the forecasters.
 
 *thesis* is its tables and equations (section 3.3) on directions and speeds of the last second.
 *constant-velocity* is the obvious baseline: straight lines in the image.
@@ -11,7 +11,8 @@ gives an interval of errors that make them occlude.  The intervals of neighbouri
 into one another, so their union is taken to reach from the lowest end to the highest; its
 probability is the forecast.  (It is too large where boxes are level with each other, then
 not, and then again.)
-*learned* corrects that probability by what other recordings taught.
+*uncertain-velocity* lies between the two: straight in the image, with that uncertainty.
+*learned* corrects the probability of *perspective* by what other recordings taught.
 """
 
 from dataclasses import dataclass
@@ -173,7 +174,7 @@ class Perspective:
         """
         times = steps_of(pairs.rules)
         ground = Ground.of(pairs.walkers)
-        motion, spread = ground.move(times), ground.spread(times)
+        motion, spread = self._move(ground, times), ground.spread(times)
         who = pairs.who
         near = _may_meet(motion, spread, who)
         first, second = _of_pairs(motion, who[near])
@@ -191,6 +192,22 @@ class Perspective:
         )
         x[near], y[near] = _place(first, second, at)
         return Outlook(Forecast(probability, seconds, x, y), pairs, ground, near, margin)
+
+    def _move(self, ground, times):
+        return ground.move(times)
+
+
+@dataclass(frozen=True)
+class UncertainVelocity(Perspective):
+    """`ConstantVelocity`'s straight lines in the image with `Perspective`'s uncertainty.
+
+    It shows how much of what `Perspective` gains is to know how uncertain the future is.
+    """
+
+    name = "uncertain-velocity"
+
+    def _move(self, ground, times):
+        return move_straight(ground.walkers, times)
 
 
 @dataclass(frozen=True)

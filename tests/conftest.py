@@ -10,7 +10,10 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from mcnlab import bundled, composing
 from mcnlab.columns import BOX_COLUMNS, FRAME, MEASURES, H, W
+from mcnlab.datasets.composites import make_street
+from mcnlab.datasets.recording import Recording
 
 # Examples are drawn from the code alone, not at random, and a slow machine fails no test.
 settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=100)
@@ -55,6 +58,41 @@ def make_boxes():
         return pd.DataFrame({**sound, **columns}, index=range(n))
 
     return make
+
+
+@pytest.fixture(scope="session")
+def make_walks(make_boxes):
+    """make_walks(name=(x, step), …): straight walks; the centre's first column, pixels a frame."""
+
+    def make(**walks):
+        step = np.arange(60)
+        tables = [
+            make_boxes(60, sequence=name, subject=name, x=x + by * step - 20, h=100.0).assign(
+                cx=x + by * step, cy=110.0
+            )
+            for name, (x, by) in walks.items()
+        ]
+        return Recording("made", pd.concat(tables, ignore_index=True), 25.0, 640, 480)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def casia():
+    """CASIA A, mirrored, from the bundled table."""
+    return bundled.casia_a()
+
+
+@pytest.fixture(scope="session")
+def composites(casia):
+    """Every composite of CASIA A."""
+    return composing.compose_all(casia, focal_length=450)
+
+
+@pytest.fixture(scope="session")
+def street():
+    """The made street's composites that begin together."""
+    return composing.compose_all(make_street().recording, focal_length=450, shifts=[0])
 
 
 @pytest.fixture(scope="session")

@@ -23,9 +23,16 @@ from mcnlab.datasets.crossings import make_crossings
 from mcnlab.errors import DatasetError
 from mcnlab.occlusion import APART, look_up
 from mcnlab.pairs import Rules, find_pairs
-from mcnlab.prediction import FEATURES, ConstantVelocity, Perspective, Thesis, describe
+from mcnlab.prediction import (
+    FEATURES,
+    ConstantVelocity,
+    Perspective,
+    Thesis,
+    UncertainVelocity,
+    describe,
+)
 
-NAMES = ("thesis", "constant-velocity", "perspective")
+NAMES = ("thesis", "constant-velocity", "uncertain-velocity", "perspective")
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +69,7 @@ def test_a_table_has_a_row_a_pair_and_the_columns_that_are_promised(pairs, table
 def test_numbers_are_those_of_the_forecasters_rounded(pairs, table):
     outlook = Perspective().look_ahead(pairs)
     half = 0.5 * 10.0**-DECIMALS + 1e-9
-    for forecaster in (Thesis(), ConstantVelocity(), Perspective()):
+    for forecaster in (Thesis(), ConstantVelocity(), UncertainVelocity(), Perspective()):
         said = forecaster.forecast(pairs)
         kept = table[f"{forecaster.name}.probability"]
         # Half of the last of six figures is 5e-6 of the number at most.

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from sklearn.linear_model import LogisticRegression
 
-from mcnlab import foresight, scoring
+from mcnlab import foresight, resampling
 from mcnlab.comparison import compare, compare_sequences
 from mcnlab.datasets.crossings import make_crossings
 from mcnlab.errors import ArgumentError, McnError
@@ -85,7 +85,7 @@ def test_what_is_judged_is_what_the_others_taught(tables, judged):
     for method in METHODS:
         threshold = choose_threshold(taught[1:], method)
         assert judged.thresholds.loc["north", method] == threshold
-        scores = scoring.score(
+        scores = resampling.score(
             truth_of(taught[0]), forecast_of(taught[0], method), threshold=threshold, draws=20
         )
         assert judged.scores["north", method] == scores
@@ -256,11 +256,11 @@ def broken(tables, kind):
 @pytest.mark.parametrize(
     ("kind", "match"),
     [
-        ("none", "tables hold 0 recordings"),
-        ("one", "tables hold 1 recordings"),
-        ("one place", "two places that unmoved cameras filmed"),
-        ("one still", "two places"),
-        ("one occludes", "two places"),
+        ("none", "tables hold no pair that occludes"),
+        ("one", "nothing to learn from for"),
+        ("one place", "takes another place.*that an unmoved camera filmed"),
+        ("one still", "nothing to learn from for"),
+        ("one occludes", "nothing to learn from for"),
         ("twice", "tables hold a recording twice"),
         ("mixed", "two recordings in one"),
         ("column", "tables lacks the column.*moving"),
@@ -273,6 +273,27 @@ def broken(tables, kind):
 def test_tables_that_cannot_be_judged_are_refused(tables, kind, match):
     with pytest.raises(McnError, match=match):
         judge(broken(tables, kind), draws=2)
+
+
+def test_other_recordings_may_teach_without_being_scored(tables):
+    first, *others = tables
+    alone = judge([first], also=others, draws=2)
+    together = judge(tables, draws=2)
+    name = first["recording"].iloc[0]
+    assert alone.recordings == [name]
+    assert alone.thresholds.loc[name].equals(together.thresholds.loc[name])
+    assert alone.scores[name, "learned"].f1.value == together.scores[name, "learned"].f1.value
+    # Of a place that is at hand, the recording at hand counts, and it alone.
+    changed = first.assign(occludes=~first["occludes"])
+    assert judge([first], also=[changed, *others], draws=2).thresholds.equals(alone.thresholds)
+
+
+def test_a_recording_without_occlusions_is_named(tables):
+    calm = tables[0].assign(occludes=False, recording="calm")
+    judged = judge([*tables, calm], draws=2)
+    (said,) = judged.left_out
+    assert said.startswith("calm was not scored")
+    assert "calm" not in judged.recordings
 
 
 def test_every_pair_is_counted_once(tables):

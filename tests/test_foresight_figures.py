@@ -21,15 +21,8 @@ from mcnlab.datasets.crossings import make_crossings
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import APART, BY_SPEED, CERTAIN, direction_table
 from mcnlab.pairs import Rules, cover_of, find_pairs, lay_over
-from mcnlab.plotting.foresight import (
-    count_answers,
-    describe_recording,
-    follow_pair,
-    guess_boxes,
-    guess_cover,
-    pick_forecasts,
-    shorten,
-)
+from mcnlab.plotting.foresight import describe_recording, shorten
+from mcnlab.plotting.pairs import follow_pair, guess_boxes, guess_cover, pick_forecasts
 from mcnlab.prediction import ConstantVelocity, Perspective, Thesis
 from mcnlab.results import Estimate, wilson_interval
 from mcnlab.widgets.foresight import interesting
@@ -212,13 +205,6 @@ def test_lines_of_one_f1_hold_that_f1(tables):
         recall, precision = line.get_data()
         np.testing.assert_allclose(2 * recall * precision / (recall + precision), f1)
     assert texts_of(ax) == ["0.2", "0.4", "0.6", "0.8"]
-
-
-def test_answers_are_counted():
-    found = count_answers([True, True, False, False], [0.9, 0.2, 0.5, 0.4], 0.5)
-    assert found[:3] == (1, 1, 1)
-    assert (found.precision, found.recall, found.f1) == (0.5, 0.5, 0.5)
-    assert count_answers([True, False], [0.2, 0.1], 0.5).precision is None
 
 
 # calibration
@@ -559,7 +545,7 @@ def test_the_threshold_panel_says_what_is_scored(judged):
         panel.controls["method"].value = method
         panel.controls["threshold"].value = 0.3
         table = judged.of("one")
-        found = count_answers(table["occludes"], table[f"{method}.probability"], 0.3)
+        found = scoring.count_answers(table["occludes"], table[f"{method}.probability"], 0.3)
         *counts, f1 = numbers_in(panel)
         assert counts == [found.hits, found.misses, found.false_alarms]
         assert f1 == round(found.f1, 3)
@@ -585,7 +571,7 @@ def test_the_rules_panel_finds_pairs_anew(square):
     held = find_pairs(square, rules=Rules(observed=0.6, horizon=2.0, cover=0.5))
     probability = Perspective().forecast(held).probability
     assert panel.text.value.startswith(f"{len(held)} pairs, <b>{held.occludes.mean():.1%}</b>")
-    found = count_answers(held.occludes, probability, 0.5)
+    found = scoring.count_answers(held.occludes, probability, 0.5)
     precise = scoring.average_precision(held.occludes, probability)
     assert numbers_in(panel)[-2:] == [round(found.f1, 2), round(precise, 2)]
 

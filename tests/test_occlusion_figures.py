@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from mcnlab import bundled, cases, figures, occlusion, widgets
+from mcnlab import bundled, cases, composing, figures, occlusion, verdicts, widgets
 from mcnlab.datasets.composites import compose, make_street
 from mcnlab.figures.occlusion import draw_case
 from mcnlab.widgets.occlusion import made_walker
@@ -20,8 +20,8 @@ from mcnlab.widgets.occlusion import made_walker
 @pytest.fixture(scope="module")
 def sources():
     """Composites of CASIA A, from the bundled table, and of the made street."""
-    casia = cases.compose_all(bundled.casia_a(), focal_length=450, shifts=[0])
-    street = cases.compose_all(make_street().recording, focal_length=450, shifts=[0])
+    casia = composing.compose_all(bundled.casia_a(), focal_length=450, shifts=[0])
+    street = composing.compose_all(make_street().recording, focal_length=450, shifts=[0])
     return [casia, street]
 
 
@@ -113,7 +113,7 @@ def test_silhouettes_are_painted_where_there_are_any(judged, sources):
 
 
 def test_the_cell_shares_are_written_in_the_cells(sources):
-    counts = cases.count_cells(sources[0])
+    counts = verdicts.count_cells(sources[0])
     left, right = figures.draw("table-errors", counts).axes
     shown = np.reshape(written(left), (64, 2))[:, 0]
     wrong = np.reshape(written(right), (64, 2))[:, 0]

@@ -601,9 +601,13 @@ def test_a_shift_beyond_every_walk_makes_no_pair():
         lay_over(walks(5), shifts=[10**12])
 
 
-def test_one_persons_walks_make_no_pair():
-    with pytest.raises(DatasetError, match="made-up holds no pair"):
-        lay_over(walks(5, subjects=["ann"] * 4), shifts=[0])
+def test_one_persons_walks_are_laid_over_each_other():
+    alone = lay_over(walks(5, subjects=["ann"] * 4), shifts=[0])
+    others = lay_over(walks(5, subjects=list("abcd")), shifts=[0])
+    assert len(alone) == len(others)
+    np.testing.assert_array_equal(alone.occludes, others.occludes)
+    # Each walk is another person then.
+    assert (alone.people[:, 0] != alone.people[:, 1]).all()
 
 
 # Cover

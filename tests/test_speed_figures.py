@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from mcnlab import bundled, evaluation, figures, plotting, speed, widgets
+from mcnlab import bundled, evaluation, figures, pace, plotting, speed, widgets
 from mcnlab.results import Estimate, median_by_subject
 
 
@@ -45,12 +45,12 @@ def lines_of(ax):
 
 def test_the_law_is_drawn_where_it_runs():
     ax = figures.draw("apparent-law").axes[0]
-    for pace in (0.7, 1.4, 2.8):
-        line = lines_of(ax)[f"{pace:g} m/s"]
+    for v in (0.7, 1.4, 2.8):
+        line = lines_of(ax)[f"{v:g} m/s"]
         distance, share = line.get_xdata(), line.get_ydata()
         # 60° wide: at distance Z the frame is 2·Z·tan 30° wide.
         wide = 2 * distance * np.tan(np.radians(30))
-        np.testing.assert_allclose(share, 100 * pace / wide)
+        np.testing.assert_allclose(share, 100 * v / wide)
 
 
 def test_the_bands_of_the_law_meet_at_the_thresholds():
@@ -100,7 +100,7 @@ def test_an_empty_level_leaves_its_place_empty():
 
 def test_the_ratio_to_true_speed_is_drawn_against_distance(seconds):
     drawn = figures.draw("apparent-distance", seconds)
-    table = seconds["pets"][seconds["pets"]["true_sideways"] >= speed.PASSING]
+    table = seconds["pets"][seconds["pets"]["true_sideways"] >= pace.PASSING]
     for ax, name in zip(drawn.axes[:2], ("sideways", "body_heights_sideways"), strict=True):
         for level, label in speed.NAMES.items():
             own = table[(table["level"] == level) & (table[name] > 0)]
@@ -119,12 +119,12 @@ def test_the_title_says_the_slope_that_is_reported(seconds):
         for name in ("sideways", "body_heights_sideways")
     ]
     for ax, (table, name) in zip(drawn.axes, rows, strict=True):
-        found = speed.distance_slope(
+        found = pace.distance_slope(
             table[name],
             table["true_sideways"],
             table["distance"],
             table["sequence"],
-            least=speed.PASSING,
+            least=pace.PASSING,
             draws=1,
         )
         said = ax.get_title(loc="left").split("slope ")[1].replace("−", "-")
@@ -196,7 +196,7 @@ def test_the_panel_says_what_is_reported(tables, seconds):
         own = table[table["level"] == level]
         held = median_by_subject(own["true_speed"], own["sequence"], draws=1)
         assert value == round(held.value, 2)
-    wrong = speed.misordered(table["true_speed"], table["level"], table["sequence"], draws=1)
+    wrong = pace.misordered(table["true_speed"], table["level"], table["sequence"], draws=1)
     assert f"<b>{wrong.value:.0%}</b>" in panel.text.value
 
 

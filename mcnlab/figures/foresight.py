@@ -9,16 +9,8 @@ from mcnlab.figures.registry import figure as _figure
 from mcnlab.foresight import DEFAULT, METHODS
 from mcnlab.occlusion import APART, BY_SPEED, SIDES, direction_table, speed_table
 from mcnlab.plotting.foresight import (
-    BAND,
     LEAST,
     describe_recording,
-    follow_pair,
-    frame_story,
-    guess_boxes,
-    guess_cover,
-    pick_forecasts,
-    plot_cover,
-    plot_moment,
     plot_precision_recall,
     plot_reliability,
     plot_rules_by_cell,
@@ -26,7 +18,16 @@ from mcnlab.plotting.foresight import (
     plot_shares_by_cell,
     shorten,
 )
-from mcnlab.plotting.style import FORECAST_COLOURS, FORECAST_LINES, FORECAST_MARKERS
+from mcnlab.plotting.pairs import (
+    follow_pair,
+    frame_story,
+    guess_boxes,
+    guess_cover,
+    pick_forecasts,
+    plot_cover,
+    plot_moment,
+)
+from mcnlab.plotting.style import BAND, FORECAST_COLOURS, FORECAST_LINES, FORECAST_MARKERS
 
 _ALWAYS = ("composites", "crossings")  # recordings that every run has
 _MOST_COLUMNS = 5
@@ -49,7 +50,7 @@ def _ids(*measures, methods=METHODS):
     ids=(
         *_ids("f1"),
         *(f"occlusion.mean.{method}.f1" for method in METHODS),
-        *(f"occlusion.gain.{method}.f1" for method in METHODS if method != DEFAULT),
+        *(f"occlusion.mean.gain.{method}.f1" for method in METHODS if method != DEFAULT),
     ),
 )
 def scores(judged):
@@ -113,7 +114,9 @@ def calibration(judged):
     for name, ax in axes.items():
         plot_reliability(judged.of(name), methods, ax=ax)
         error = judged.scores[name, DEFAULT].calibration_error.value
-        ax.set_title(f"{ax.get_title(loc='left')}\n{DEFAULT}: error {error:.3f}", fontsize=9)
+        axes_of = " (logarithmic)" if ax.get_xscale() == "log" else ""
+        said = f"{ax.get_title(loc='left')}\n{DEFAULT}: error {error:.3f}{axes_of}"
+        ax.set_title(said, fontsize=9)
     _outer_labels(axes)
     _legend(figure, _handles(methods), methods)
     return figure
@@ -185,7 +188,7 @@ def learned_table(experience, *, least=LEAST):
     if not experience:
         raise ArgumentError("experience is empty; pass at least one title and its counts.")
     columns = 1 + len(experience)
-    figure = plt.figure(figsize=(5.1 * columns, 8.2))
+    figure = plt.figure(figsize=(4.3 * columns, 7.2))
     grid = figure.add_gridspec(2, 2 * columns, height_ratios=(8, 3.6))
     rule = direction_table()
     speeds = {side: np.where(speed_table(side), BY_SPEED, APART) for side in SIDES}
@@ -194,13 +197,13 @@ def learned_table(experience, *, least=LEAST):
         small = [figure.add_subplot(grid[1, 2 * column + place]) for place in (0, 1)]
         if held is None:
             plot_rules_by_cell(rule, ax=large)
-            large.set_title("the thesis, by hand: 0 never, 1 certain, P by speed", fontsize=9)
+            large.set_title("the thesis: 0 never, 1 certain, P by speed", fontsize=9)
             for ax, side in zip(small, SIDES, strict=True):
                 plot_rules_by_cell(speeds[side], ax=ax)
         else:
             mean = held.occluding.sum() / held.pairs.sum()
             plot_shares_by_cell(*held.by_direction(), rule, mean=mean, least=least, ax=large)
-            said = f"{shorten(title, 34)}: % that occlude; mean {100 * mean:.1f} %"
+            said = f"{shorten(title, 26)}: % that occlude; mean {100 * mean:.1f} %"
             large.set_title(said, fontsize=9)
             for ax, side in zip(small, SIDES, strict=True):
                 both = held.by_speed(side)

@@ -70,12 +70,12 @@ def speed_table_left():
 
 @_figure(
     "3.14",
-    "Cases of occlusion: two walks of CASIA A in one frame",
+    "Cases of occlusion: two walks in one frame",
     section="3.5",
     notebook=TABULATE,
     claim="3 & 7 and 3 & 6, level v3 each: occlusion, successfully foreseen.",
-    finding="Both are foreseen, and so is every other composite that fits a caption; they cover "
-    "each other a little before their centroids meet.",
+    finding="One composite stands for each case, chosen without a look at what happens; the "
+    "notebook counts all that fit. Boxes cover each other before their centroids meet.",
     ids=("occlusion.cases.right",),
 )
 def cases_of_casia(judged, sources):
@@ -85,7 +85,7 @@ def cases_of_casia(judged, sources):
     ----------
     judged : pandas.DataFrame
         From `cases.judge_cases`.
-    sources : sequence of cases.Composites
+    sources : sequence of composing.Composites
         The same as there.
     """
     return _cases(judged[judged["figure"].str.startswith("3.14")], sources)
@@ -97,8 +97,8 @@ def cases_of_casia(judged, sources):
     section="3.5",
     notebook=TABULATE,
     claim="2 & 6, 3 & 7, and 3 & 3 with v3 and v1 occlude; 3 & 3 with v1 each do not.",
-    finding="So it is. The text of section 3.5 swaps (c) and (d), the captions are right. Nobody "
-    "of CASIA A crosses the view at v1: (c) and (d) are from a made street.",
+    finding="The text of section 3.5 swaps (c) and (d); the captions are right. What nobody walks "
+    "in CASIA A, such as v1 across the view, is taken from a made street.",
     ids=("occlusion.cases.right", "occlusion.cases.street.right"),
 )
 def cases_of_speed(judged, sources):
@@ -111,8 +111,8 @@ def cases_of_speed(judged, sources):
     "Where the tables err",
     notebook=TABULATE,
     claim="What share of all composites occludes in each cell of Table 3.1?",
-    finding="Cells with a 1 fall short where walkers go along the line of sight or leave the "
-    "frame first; the P cells occlude in spite of like levels.",
+    finding="Cells with a 1 fall short where walkers go along the line of sight, so that one "
+    "leaves first; walkers of one level in a P cell may occlude all the same.",
     ids=("occlusion.tables.right", "occlusion.tables.precision", "occlusion.tables.recall"),
 )
 def table_errors(counts):
@@ -121,7 +121,7 @@ def table_errors(counts):
     Parameters
     ----------
     counts : pandas.DataFrame
-        From `cases.count_cells`.
+        From `verdicts.count_cells`.
     """
     figure, axes = plt.subplots(1, 2, figsize=(12.5, 5.9))
     cells = {name: counts[name].to_numpy().reshape(8, 8) for name in counts.columns[2:]}
@@ -199,7 +199,7 @@ def draw_case(row, recording, axes):
         _show_part(ax, recording, boxes.reshape(-1, 4))
         ax.set_title(title, fontsize=10)
         if ax is axes[0]:
-            _outline(ax, shown, filled=image is None)
+            _outline(ax, shown)
             continue
         plotting.plot_forecast(
             shown,
@@ -237,12 +237,11 @@ def _box_at(both, name, frame):
     return rows.loc[rows[FRAME] == frame, [X, Y, W, H]].to_numpy(float)[0]
 
 
-def _outline(ax, boxes, *, filled):
+def _outline(ax, boxes):
     """Both boxes, S1 solid and S2 dashed."""
     for (x, y, w, h), colour, style in zip(boxes, WALKER_COLOURS, ("-", "--"), strict=True):
-        face = mpl.colors.to_rgba(colour, 0.15 if filled else 0)
-        edge = mpl.colors.to_rgba(colour)
-        ax.add_patch(plt.Rectangle((x - 0.5, y - 0.5), w, h, fc=face, ec=edge, lw=1.6, ls=style))
+        line = {"fill": False, "ec": colour, "lw": 1.6, "ls": style}
+        ax.add_patch(plt.Rectangle((x - 0.5, y - 0.5), w, h, **line))
 
 
 def _paint(row, recording, names, frames):

@@ -5,14 +5,15 @@ import matplotlib.pyplot as plt
 from mcnlab import plotting
 from mcnlab.figures.registry import SPEED
 from mcnlab.figures.registry import figure as _figure
-from mcnlab.speed import FAST, PASSING, SLOW
+from mcnlab.pace import PASSING
+from mcnlab.speed import FAST, SLOW
 
 
 @_figure(
     "apparent-law",
     "One walker, three levels",
     notebook=SPEED,
-    claim="A subject closer to the camera may appear faster, one far away slower (3.2.2).",
+    claim="How fast somebody seems depends on how near the camera he is (3.2.2).",
     finding="p = f·v/Z: who walks at one speed passes through the levels by distance alone.",
 )
 def law(slow=SLOW, fast=FAST):
@@ -44,7 +45,7 @@ def true_speeds(tables, medians):
     Parameters
     ----------
     tables : dict
-        Title → table of `speed.compare_speeds` with ``level``.
+        Title → table of `pace.compare_speeds` with ``level``.
     medians : dict
         Title → level → `results.Estimate` or None.
     """
@@ -75,7 +76,7 @@ def against_distance(tables):
     Parameters
     ----------
     tables : dict
-        Title → table of `speed.compare_speeds` with ``level``.
+        Title → table of `pace.compare_speeds` with ``level``.
     """
     figure, axes = plt.subplots(
         len(tables), 2, figsize=(11, 3.7 * len(tables)), squeeze=False, sharex="row"

@@ -1,8 +1,6 @@
 """Drawing: every ``plot_…`` takes ``ax=None`` and returns the Axes it drew on."""
 
 from mcnlab.plotting.foresight import (
-    plot_cover,
-    plot_moment,
     plot_precision_recall,
     plot_reliability,
     plot_rules_by_cell,
@@ -18,6 +16,7 @@ from mcnlab.plotting.occlusion import (
     plot_speed_table,
     plot_two_walkers,
 )
+from mcnlab.plotting.pairs import plot_cover, plot_moment
 from mcnlab.plotting.places import (
     plot_band,
     plot_cameras,

@@ -23,7 +23,7 @@ from mcnlab.occlusion import (
     look_up,
     speed_table,
 )
-from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, axes_or_new, frame_axes
+from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, WALKER_LINES, axes_or_new, frame_axes
 from mcnlab.speed import LEVELS
 from mcnlab.speed import NAMES as SPEED_NAMES
 
@@ -32,7 +32,6 @@ RULE_INK = {APART: "#6b7078", BY_SPEED: INK, CERTAIN: "white"}
 RULE_LABELS = {APART: "0", BY_SPEED: "P(O|S)", CERTAIN: "1"}
 RULE_MEANINGS = {APART: "no occlusion", BY_SPEED: "speed decides", CERTAIN: "certain occlusion"}
 WALKER_COLOURS = (LOWER, UPPER)  # S1, S2
-WALKER_LINES = ("-", "--")
 FORESEEN = RULE_COLOURS[BY_SPEED]
 FRAME_WIDTH, FRAME_HEIGHT = 352, 240  # of the drawn picture, as CASIA A's
 PACES = {1: 0.008, 2: 0.04, 3: 0.08}  # one speed within each level, in frame widths a second
@@ -105,7 +104,8 @@ def plot_speed_table(side, ax=None, marked=None):
     ax.text(2.0, -0.28, "V(S2), on the right", ha="center", color=UPPER)
     ax.text(-0.85, 2.0, "V(S1), on the left", rotation=90, va="center", color=LOWER)
     ax.set(xlim=(-0.95, 3.55), ylim=(3.55, -0.45))
-    ax.set_title(f"both in {way}: {behind} is behind")
+    number = "3.2" if side == "right" else "3.3"
+    ax.set_title(f"Table {number}: both in {way}, {behind} is behind")
     if marked is not None:
         _mark(ax, marked)
     meanings = {APART: RULE_MEANINGS[APART], BY_SPEED: "C: time and place decide"}

@@ -62,14 +62,30 @@ SPEED_HATCHES = {1: "", 2: "//", 3: "xx"}
 FORECAST_COLOURS = {
     "thesis": "#8d6a9f",
     "constant-velocity": "#f2b134",
+    "uncertain-velocity": "#3fb18f",
     "perspective": "#1d5fa8",
     "learned": "#14213d",
 }
-FORECAST_MARKERS = {"thesis": "s", "constant-velocity": "D", "perspective": "o", "learned": "^"}
-FORECAST_LINES = {"thesis": ":", "constant-velocity": "--", "perspective": "-.", "learned": "-"}
+FORECAST_MARKERS = {
+    "thesis": "s",
+    "constant-velocity": "D",
+    "uncertain-velocity": "v",
+    "perspective": "o",
+    "learned": "^",
+}
+FORECAST_LINES = {
+    "thesis": ":",
+    "constant-velocity": "--",
+    "uncertain-velocity": (0, (6, 1.5, 1.5, 1.5, 1.5, 1.5)),
+    "perspective": "-.",
+    "learned": "-",
+}
 DENSITY = "YlGnBu"
 INK, PALE = "#222222", "#b8bcc2"
 UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"
+BAND = "#eef0f3"  # behind what is set apart: moving cameras, the time observed
+WALKER_LINES = ("-", "--")  # the left one (S1), the right one (S2)
+TICKS = (0, 0.25, 0.5, 0.75, 1)  # of shares
 
 
 def use_style():

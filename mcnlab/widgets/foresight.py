@@ -11,11 +11,12 @@ from mcnlab.errors import require_count, require_number
 from mcnlab.foresight import DEFAULT, METHODS
 from mcnlab.pairs import RULES, Rules, find_pairs
 from mcnlab.plotting.foresight import (
-    count_answers,
     draw_curve,
     draw_point,
-    follow_pair,
     frame_shares,
+)
+from mcnlab.plotting.pairs import (
+    follow_pair,
     frame_story,
     guess_boxes,
     guess_cover,
@@ -26,12 +27,13 @@ from mcnlab.plotting.foresight import (
 from mcnlab.plotting.style import FORECAST_COLOURS, INK, PALE
 from mcnlab.prediction import ConstantVelocity, Perspective, Thesis
 from mcnlab.speed import NAMES as SPEED_NAMES
-from mcnlab.widgets.panel import Panel, choices, decimal_slider, label, slider
+from mcnlab.widgets.panel import LABEL_WIDTH, Panel, choices, decimal_slider, label, slider
 
 CROSSING_PEOPLE, CROSSING_SECONDS = 25, 15.0  # few enough to be judged anew at every move
 STEP = 0.1  # of the clock, seconds
 MOST = 300  # pairs that can be leafed through
 _MARGINS = {"left": 0.08, "bottom": 0.17, "top": 0.9}
+_MARKS = {"constant-velocity": "◆", "perspective": "●"}  # as in the picture
 
 
 def threshold_panel(judged):
@@ -57,7 +59,7 @@ def threshold_panel(judged):
 
     def draw(left, right, recording, method, threshold):
         occludes, probability, curve = curve_of(recording, method)
-        found = count_answers(occludes, probability, threshold)
+        found = scoring.count_answers(occludes, probability, threshold)
         draw_curve(left, occludes, probability, method)
         if found.precision is not None:
             draw_point(left, found, method)
@@ -69,13 +71,14 @@ def threshold_panel(judged):
         chosen = judged.thresholds.loc[recording, method]
         right.axvline(chosen, color=PALE, lw=4)
         right.axvline(threshold, color=INK, lw=1)
-        right.set(xlim=(0, 1), ylim=(0, 1.04), xlabel="threshold")
+        right.set(xlim=(-0.01, 1.01), ylim=(0, 1.04), xlabel="threshold")
         right.set_title("F1 –   precision - -   recall ···", fontsize=10)
         precision = "none" if found.precision is None else f"{found.precision:.2f}"
         return (
             f"{len(occludes)} pairs: <b>{found.hits}</b> found, <b>{found.misses}</b> missed, "
             f"<b>{found.false_alarms}</b> false alarms; precision {precision}, recall "
-            f"{found.recall:.2f}, F1 <b>{found.f1:.3f}</b>; the others chose {chosen:.2f} (grey)"
+            f"{found.recall:.2f}, F1 <b>{found.f1:.3f}</b>; other recordings chose "
+            f"{chosen:.2f} (grey)"
         )
 
     return Panel(
@@ -85,7 +88,7 @@ def threshold_panel(judged):
                 options=list(tables), **label("recording", width="500px")
             ),
             "method": choices("forecaster", METHODS, value=DEFAULT),
-            "threshold": decimal_slider("yes from", 0.0, 1.0, 0.5, step=0.01),
+            "threshold": decimal_slider("threshold: yes from", 0.0, 1.0, 0.5, step=0.01),
         },
         columns=2,
         figsize=(9.5, 3.7),
@@ -112,19 +115,20 @@ def rules_panel(recording=None, *, threshold=0.5):
         pairs = find_pairs(recording, rules=rules)
         share = pairs.occludes.mean()
         frame_shares(left)
+        left.set_title(f"marks: yes from {threshold:g}", fontsize=10)
         right.set(xlabel="seconds until they occlude", ylabel="pairs", xlim=(0, horizon))
-        right.set_title("black: all that occlude; colour: found", fontsize=10)
+        right.set_title("black: all that occlude; dashed: found", fontsize=10)
         counts = f"{len(pairs)} pairs, <b>{share:.1%}</b> occlude"
         if not pairs.occludes.any():
             return f"{counts}: nothing to foresee"
         said = []
         edges = np.linspace(0, horizon, 11)
-        late = pairs.seconds[pairs.occludes]
-        _steps(right, edges, np.histogram(late, edges)[0], INK, "-")
+        late = np.histogram(pairs.seconds[pairs.occludes], edges)[0]
+        _steps(right, edges, late, INK, "-")
         for forecaster in (ConstantVelocity(), Perspective()):
             name = forecaster.name
             probability = forecaster.forecast(pairs).probability
-            found = count_answers(pairs.occludes, probability, threshold)
+            found = scoring.count_answers(pairs.occludes, probability, threshold)
             draw_curve(left, pairs.occludes, probability, name)
             if found.precision is not None:
                 draw_point(left, found, name)
@@ -132,8 +136,9 @@ def rules_panel(recording=None, *, threshold=0.5):
             colour = FORECAST_COLOURS[name]
             _steps(right, edges, np.histogram(hit, edges)[0], colour, "--")
             precise = scoring.average_precision(pairs.occludes, probability)
-            said.append(f"{name}: F1 <b>{found.f1:.2f}</b>, AP <b>{precise:.2f}</b>")
-        right.set_ylim(0, None)
+            mark = f'<span style="color: {colour}">{_MARKS[name]}</span>'
+            said.append(f"{name} {mark}: F1 <b>{found.f1:.2f}</b>, AP <b>{precise:.2f}</b>")
+        right.set_ylim(0, 1.05 * late.max())
         return f"{counts}; {'; '.join(said)}"
 
     return Panel(
@@ -141,7 +146,7 @@ def rules_panel(recording=None, *, threshold=0.5):
         {
             "observed": decimal_slider("observed (s)", 0.2, 2.0, RULES.observed, step=0.2),
             "horizon": decimal_slider("horizon (s)", 0.5, 5.0, RULES.horizon, step=0.5),
-            "cover": decimal_slider("occlusion from cover", 0.05, 0.9, RULES.cover, step=0.05),
+            "cover": decimal_slider("occludes: cover over", 0.05, 0.9, RULES.cover, step=0.05),
         },
         columns=2,
         figsize=(9.5, 3.7),
@@ -253,7 +258,8 @@ def _player(clock):
         max=round(clock.max / STEP),
         value=round(clock.value / STEP),
         interval=round(2000 * STEP),
-        **label("play"),
+        # Play says nothing of itself; it stands over the sliders that it moves.
+        layout={"width": "300px", "margin": f"2px 2px 2px {LABEL_WIDTH + 8}px"},
     )
     traitlets.link(
         (play, "value"),
@@ -269,7 +275,8 @@ def _tell(pairs, number, story, asked):
     happens = "do not occlude"
     if story.late is not None:
         happens = (
-            f"occlude in <b>{story.late:.2f} s</b> at ({story.place[0]:.0f}, {story.place[1]:.0f})"
+            f"occlude in <b>{story.late:.2f} s</b> (ring) at "
+            f"({story.place[0]:.0f}, {story.place[1]:.0f})"
         )
     tables = ", ".join(
         f"{walker} {NAMES[int(asked[f'direction{which}'])]} "

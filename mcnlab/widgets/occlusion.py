@@ -13,10 +13,12 @@ from mcnlab.occlusion import (
     APART,
     BY_SPEED,
     CERTAIN,
+    SIDES,
     Walker,
     direction_table,
     foresee,
     look_up,
+    speed_table,
 )
 from mcnlab.plotting.occlusion import (
     FORESEEN,
@@ -56,7 +58,8 @@ class TablePicker(ipywidgets.VBox):
     def __init__(self, value=(3, 7)):
         table = direction_table()
         self._buttons = {}
-        size = {"width": "46px", "height": "24px", "padding": "0", "margin": "1px"}
+        # Room for the frame of the pressed one: its text stays whole, and in its place.
+        size = {"width": "54px", "height": "28px", "padding": "0", "margin": "1px"}
         lines = [_line("D(S1) ↓  D(S2) →", [_word(str(two), size) for two in DIRECTIONS])]
         for one in DIRECTIONS:
             for two in DIRECTIONS:
@@ -83,7 +86,8 @@ class TablePicker(ipywidgets.VBox):
         for cell in (change["old"], change["new"]):
             if cell in self._buttons:
                 chosen = cell == change["new"]
-                self._buttons[cell].layout.border = f"3px solid {plotting.INK}" if chosen else ""
+                self._buttons[cell].layout.border = f"2px solid {plotting.INK}" if chosen else ""
+                self._buttons[cell].style.font_weight = "bold" if chosen else ""
 
 
 def occlusion_panel():
@@ -99,14 +103,15 @@ def occlusion_panel():
             for x, direction, level in zip(_PLACES, cell, (level1, level2), strict=True)
         ]
         said = foresee(*walkers, frame_width=FRAME_WIDTH, frame_height=FRAME_HEIGHT)
-        _draw_table(left, cell)
+        _draw_table(left, cell, (level1, level2))
         _draw_walkers(right, walkers, seconds)
         if said.occludes:
             right.plot(said.x, said.y, "X", ms=11, color=FORESEEN, mec=plotting.INK)
+            right.set_title(f"after {seconds:.1f} s; cross: foreseen", fontsize=10)
         return _say(cell, (level1, level2), walkers, said)
 
     speeds = [(SPEED_NAMES[level], level) for level in LEVELS]
-    return Panel(
+    panel = Panel(
         draw,
         {
             "cell": TablePicker(),
@@ -118,6 +123,15 @@ def occlusion_panel():
         figsize=(9, 3.4),
         margins={"left": 0.05, "bottom": 0.2, "right": 0.98, "top": 0.88},
     )
+    # Table and speeds side by side, so that the picture stays in view.
+    table, *others, text, picture = panel.children
+    others = ipywidgets.VBox(others, layout={"justify_content": "center"})
+    panel.children = (
+        ipywidgets.HBox([table, others], layout={"flex_flow": "row wrap"}),
+        text,
+        picture,
+    )
+    return panel
 
 
 def made_walker(x, direction, level):
@@ -128,15 +142,28 @@ def made_walker(x, direction, level):
     return Walker(x, (FRAME_HEIGHT - 1) / 2, direction, pixels, *way)
 
 
-def _draw_table(ax, cell):
-    """Table 3.1, small, its cell marked."""
-    image = np.array([to_rgb(RULE_COLOURS[code]) for code in direction_table().ravel()])
-    ax.imshow(image.reshape(8, 8, 3), extent=(0.5, 8.5, 8.5, 0.5))
+def _draw_table(ax, cell, levels):
+    """The table that decides, small, its cell marked: 3.1, or where speed decides 3.2 or 3.3."""
+    table, ticks, labels, of, number = direction_table(), DIRECTIONS, DIRECTIONS, "D", "3.1"
+    if table[cell[0] - 1, cell[1] - 1] == BY_SPEED:
+        side = "right" if cell[0] in SIDES["right"] else "left"
+        number = "3.2" if side == "right" else "3.3"
+        table = np.where(speed_table(side), BY_SPEED, APART)
+        ticks, labels, of, cell = LEVELS, list(SPEED_NAMES.values()), "V", levels
+        for (row, column), code in np.ndenumerate(table):
+            ax.text(column + 1, row + 1, "C" if code == BY_SPEED else "0", ha="center", va="center")
+    count = len(table)
+    image = np.array([to_rgb(RULE_COLOURS[code]) for code in table.ravel()])
+    end = count + 0.5
+    ax.imshow(image.reshape(count, count, 3), extent=(0.5, end, end, 0.5))
+    ax.set_title(f"Table {number}", fontsize=10)
     one, two = cell
     edge = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2 + (two, one)
     for colour, width in (("white", 5), (plotting.INK, 2)):
         ax.plot(*edge.T, color=colour, lw=width)
-    ax.set(xticks=DIRECTIONS, yticks=DIRECTIONS, xlabel="D(S2)", ylabel="D(S1)")
+    ax.set_xticks(ticks, labels)
+    ax.set_yticks(ticks, labels)
+    ax.set(xlabel=f"{of}(S2)", ylabel=f"{of}(S1)")
 
 
 def _draw_walkers(ax, walkers, seconds):

@@ -3,7 +3,8 @@
 import numpy as np
 
 from mcnlab import plotting
-from mcnlab.speed import FAST, LEVELS, NAMES, SECONDS, SLOW, level_of, misordered
+from mcnlab.pace import misordered
+from mcnlab.speed import FAST, LEVELS, NAMES, SECONDS, SLOW, level_of
 from mcnlab.widgets.panel import Panel, choices, decimal_slider
 
 
@@ -13,7 +14,7 @@ def speed_panel(tables):
     Parameters
     ----------
     tables : dict
-        Title → table of `speed.compare_speeds`, with windows of one second and, if the
+        Title → table of `pace.compare_speeds`, with windows of one second and, if the
         first has them, of other lengths.
     """
     titles = list(tables)
@@ -26,6 +27,7 @@ def speed_panel(tables):
 
     def draw(left, right, where, seconds, slow, fast):
         table = held[where, seconds]
+        right.set_xticks([])  # nothing is said of the levels if the thresholds are refused
         level = level_of(table["share"], frame_width=1, slow=slow / 100, fast=fast / 100)
         plotting.plot_by_distance(
             table["distance"],
@@ -56,10 +58,10 @@ def speed_panel(tables):
             "seconds": choices(
                 "window", [(f"{length:g} s", length) for length in lengths], value=SECONDS
             ),
-            "slow": decimal_slider("v1 up to (%)", 0, 10, 100 * SLOW, step=0.25),
-            "fast": decimal_slider("v2 up to (%)", 0, 20, 100 * FAST, step=0.25),
+            "slow": decimal_slider("slow: v1 up to (%)", 0, 10, 100 * SLOW, step=0.25),
+            "fast": decimal_slider("fast: v2 up to (%)", 0, 20, 100 * FAST, step=0.25),
         },
         columns=2,
         figsize=(10, 4),
-        margins={"left": 0.08},
+        margins={"left": 0.08, "wspace": 0.25},
     )
