@@ -27,7 +27,7 @@ lab: $(VENV)/.made
 	$(RUN) -m jupyterlab notebooks
 
 bench: $(VENV)/.made $(PEERS)/.made
-	MCNLAB_PEERS="$(abspath $(PEERS))/bin/python" $(RUN) -m mcnlab bench --out "$(OUT)"
+	MCNLAB_PEERS="$(abspath $(PEERS))/bin/python" $(RUN) -m bench --out "$(OUT)"
 
 # Re-run the notebooks in place; outputs and counts stay, what changes by itself goes.
 notebooks: $(VENV)/.made

@@ -1,4 +1,4 @@
-"""python -m mcnlab reproduce | measure | data | bench | refresh"""
+"""python -m mcnlab reproduce | measure | data | refresh"""
 
 import argparse
 import os
@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from mcnlab.errors import McnError
+from mcnlab.lab.reproduction import refresh, reproduce
 
 
 def main(arguments=None):
@@ -28,10 +29,6 @@ def main(arguments=None):
 
     commands.add_parser("data", help="list the bundled tables and check them")
 
-    bench = commands.add_parser("bench", help="time mcnlab against its peers")
-    bench.add_argument("--data", help="folder of recordings (default: $MCNLAB_DATA)")
-    bench.add_argument("--out", default="build", help="where bench.csv goes (default: build)")
-
     refresh = commands.add_parser("refresh", help="re-run the notebooks in place")
     refresh.add_argument("--only", help="one notebook's name, or a part of it")
 
@@ -46,7 +43,6 @@ def main(arguments=None):
 
 
 def _reproduce(chosen):
-    from mcnlab.reproduction import reproduce
 
     page = reproduce(chosen.out, only=chosen.only)
     print(f"Done. Open {page} in a browser.")
@@ -54,36 +50,29 @@ def _reproduce(chosen):
 
 
 def _measure(chosen):
-    from mcnlab import bundled, bundling
+    from mcnlab.datasets import catalogue
     from mcnlab.errors import DatasetError
+    from mcnlab.lab.measure import measure_all
 
-    folder = bundled.data_folder()
+    folder = catalogue.data_folder()
     if folder is None:
         raise DatasetError("no folder of recordings; pass --data or set MCNLAB_DATA.")
-    for path in bundling.measure_all(folder, chosen.out, progress=True):
+    for path in measure_all(folder, chosen.out, progress=True):
         print(path)
     return 0
 
 
 def _data(chosen):
-    from mcnlab import bundled, bundling
+    from mcnlab.datasets import catalogue, kept
 
-    table = bundling.check_bundled()
+    table = kept.check_bundled()
     print(table.to_string(index=False))
-    folder = bundled.data_folder()
+    folder = catalogue.data_folder()
     print(f"MCNLAB_DATA: {folder if folder else 'not set; the tables above are used'}")
     return 0 if table["sound"].all() else 1
 
 
-def _bench(chosen):
-    from mcnlab.bench import bench
-
-    print(f"Done. The figures are in {bench(chosen.out)}.")
-    return 0
-
-
 def _refresh(chosen):
-    from mcnlab.reproduction import refresh
 
     refresh(only=chosen.only)
     return 0
@@ -93,9 +82,9 @@ _COMMANDS = {
     "reproduce": _reproduce,
     "measure": _measure,
     "data": _data,
-    "bench": _bench,
     "refresh": _refresh,
 }
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -10,10 +10,11 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from mcnlab import bundled, composing
-from mcnlab.columns import BOX_COLUMNS, FRAME, MEASURES, H, W
-from mcnlab.datasets.composites import make_street
 from mcnlab.datasets.recording import Recording
+from mcnlab.occlusion.composites import compose_all
+from mcnlab.synthetic.street import make_street
+from mcnlab.tables import BOX_COLUMNS, FRAME, MEASURES, H, W
+from mcnlab.vision.recordings import casia_a
 
 # Examples are drawn from the code alone, not at random, and a slow machine fails no test.
 settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=100)
@@ -80,19 +81,19 @@ def make_walks(make_boxes):
 @pytest.fixture(scope="session")
 def casia():
     """CASIA A, mirrored, from the bundled table."""
-    return bundled.casia_a()
+    return casia_a()
 
 
 @pytest.fixture(scope="session")
 def composites(casia):
     """Every composite of CASIA A."""
-    return composing.compose_all(casia, focal_length=450)
+    return compose_all(casia, focal_length=450)
 
 
 @pytest.fixture(scope="session")
 def street():
     """The made street's composites that begin together."""
-    return composing.compose_all(make_street().recording, focal_length=450, shifts=[0])
+    return compose_all(make_street().recording, focal_length=450, shifts=[0])
 
 
 @pytest.fixture(scope="session")

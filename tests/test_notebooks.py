@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mcnlab import figures
-from mcnlab.figures import FIGURES, NOTEBOOKS
+from mcnlab.figures.registry import FIGURES, NOTEBOOKS
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "notebooks"

@@ -11,19 +11,28 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mcnlab import bundled
-from mcnlab.columns import SEQUENCE, TRACE
-from mcnlab.comparison import compare_sequences
+from mcnlab.compass import turn_between
+from mcnlab.datasets import catalogue
 from mcnlab.datasets.casia import find_sequences, read_directions
 from mcnlab.datasets.mirror import OBLIQUE, mirror_boxes, mirror_masks
-from mcnlab.datasets.pedestrians import PETS, read_pets, read_tsai_place
-from mcnlab.direction import turn_between
+from mcnlab.datasets.pets import PETS, read_pets, read_tsai_place
 from mcnlab.errors import SilhouetteError
 from mcnlab.files import sha256_of
-from mcnlab.perspective import measure_headings
-from mcnlab.silhouettes import find_body, measure_sequence
+from mcnlab.occlusion import benchmark
+from mcnlab.occlusion.benchmark import compare_sequences
+from mcnlab.tables import SEQUENCE, TRACE
+from mcnlab.vision.recordings import (
+    casia_a,
+    measure_casia_a,
+    measure_pets2009_traces,
+    pets2009_traces,
+    read_casia_a,
+)
+from mcnlab.vision.silhouettes import find_body, measure_sequence
+from mcnlab.walking import outdoors
+from mcnlab.walking.heading import measure_headings
 
-BUNDLED_CASIA = bundled.BUNDLED / "casia-a"
+BUNDLED_CASIA = catalogue.BUNDLED / "casia-a"
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +50,7 @@ def sequences(casia):
 
 @pytest.fixture(scope="module")
 def measured(casia):
-    return bundled.measure_casia_a(casia)
+    return measure_casia_a(casia)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +76,7 @@ def test_every_sequence_is_measured_and_none_is_damaged(sequences, measured):
 
 
 def test_the_bundled_boxes_are_what_is_measured_now(measured):
-    kept = bundled.read_casia_a(BUNDLED_CASIA)
+    kept = read_casia_a(BUNDLED_CASIA)
     shared = [name for name in kept.sequences if name in set(measured.sequences)]
     if not shared:
         pytest.skip("no bundled subject in MCNLAB_DATA")
@@ -80,7 +89,7 @@ def test_the_bundled_boxes_are_what_is_measured_now(measured):
 
 def test_the_noted_checksum_is_the_images(casia, sequences):
     note = json.loads((BUNDLED_CASIA / "provenance.json").read_text())
-    subjects = bundled.read_casia_a(BUNDLED_CASIA).subjects
+    subjects = read_casia_a(BUNDLED_CASIA).subjects
     images = [
         path for sequence in sequences if sequence.name in subjects for path in sequence.paths
     ]
@@ -140,7 +149,7 @@ def test_a_subset_of_subjects_will_do(casia, sequences, tmp_path, monkeypatch):
         )
     shutil.copy(casia / "directions.csv", tmp_path / "casia-a")
     monkeypatch.setenv("MCNLAB_DATA", str(tmp_path))
-    recording = bundled.casia_a()
+    recording = casia_a()
     own = [sequence.name for sequence in sequences if sequence.subject in subjects]
     labels = read_directions(casia / "directions.csv")[own]
     assert recording.without_copies().sequences == own
@@ -159,7 +168,7 @@ def test_a_sequence_with_a_truncated_image_is_left_out_and_named(casia, sequence
     shutil.copy(casia / "directions.csv", tmp_path)
     path = folder / torn.paths[3].name
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    recording = bundled.measure_casia_a(tmp_path)
+    recording = measure_casia_a(tmp_path)
     assert recording.sequences == [whole.name]
     (problem,) = recording.problems
     assert torn.name in problem
@@ -167,8 +176,8 @@ def test_a_sequence_with_a_truncated_image_is_left_out_and_named(casia, sequence
 
 
 def test_the_bundled_pets_headings_are_what_is_measured_now(pets, recordings):
-    kept = bundled.read_table(bundled.BUNDLED / PETS / "headings.csv.gz", dtype={SEQUENCE: str})
-    now = bundled.measure_pets2009(recordings)
+    kept = catalogue.read_table(catalogue.BUNDLED / PETS / "headings.csv.gz", dtype={SEQUENCE: str})
+    now = outdoors.measure_pets2009(recordings)
     assert list(now.columns) == list(kept.columns)
     exact = ["sequence", "frame", "direction", "frames"]
     assert now[exact].astype(str).to_dict("list") == kept[exact].astype(str).to_dict("list")
@@ -180,15 +189,15 @@ def test_the_bundled_pets_headings_are_what_is_measured_now(pets, recordings):
 
 
 def test_the_noted_checksum_is_the_pets_files(pets, recordings):
-    note = json.loads((bundled.BUNDLED / PETS / "provenance.json").read_text())
+    note = json.loads((catalogue.BUNDLED / PETS / "provenance.json").read_text())
     sources = [*pets, recordings / PETS / "vtest.mp4"]
     assert sha256_of(sources, root=recordings) == note["sha256 of the sources"]
 
 
 def test_the_bundled_pets_traces_are_what_is_measured_now(recordings):
     finders = ["background", "horn-schunck"]
-    now = bundled.measure_pets2009_traces(recordings, finders=finders)
-    for table, kept in zip(now, bundled.pets2009_traces(finders), strict=True):
+    now = measure_pets2009_traces(recordings, finders=finders)
+    for table, kept in zip(now, pets2009_traces(finders), strict=True):
         assert table["method"].tolist() == kept["method"].tolist()
         assert table[TRACE].astype(str).tolist() == kept[TRACE].tolist()
         numbers = table.select_dtypes(float).columns
@@ -210,9 +219,9 @@ def test_everybody_of_pets_is_read(pets):
 
 
 def test_the_bundled_forecasts_are_what_is_made_now(recordings):
-    made, _ = compare_sequences(recordings / bundled.MOTCHALLENGE)
+    made, _ = compare_sequences(recordings / catalogue.MOTCHALLENGE)
     now = {table["recording"].iloc[0]: table for table in made}
-    kept = {table["recording"].iloc[0]: table for table in bundled.video_pairs()[0]}
+    kept = {table["recording"].iloc[0]: table for table in benchmark.video_pairs()[0]}
     assert set(now) & set(kept), "MCNLAB_DATA holds none of the bundled sequences"
     for name in set(now) & set(kept):
         assert list(now[name].columns) == list(kept[name].columns)

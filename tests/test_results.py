@@ -11,10 +11,9 @@ from scipy import stats
 
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.files import sha256_of, write_whole
-from mcnlab.results import (
-    COLUMNS,
+from mcnlab.results import COLUMNS, Results
+from mcnlab.statistics import (
     Estimate,
-    Results,
     accuracy,
     mean_by_subject,
     median_by_subject,

@@ -1,0 +1,1 @@
+"""What comes in: recordings, scenes, videos, and the readers of each dataset."""

@@ -16,14 +16,13 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from mcnlab.columns import DIRECTION, SEQUENCE, SUBJECT
 from mcnlab.errors import DatasetError
 from mcnlab.files import write_whole
+from mcnlab.tables import DIRECTION, SEQUENCE, SUBJECT
 
 NAME = "casia-a"
 FRAME_WIDTH, FRAME_HEIGHT = 352, 240  # pixels
 FRAME_RATE = 25.0  # frames a second
-
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _FILE_NAME = re.compile(r".+-(\d+)\.png")
 

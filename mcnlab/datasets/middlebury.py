@@ -19,7 +19,6 @@ from mcnlab.errors import DatasetError
 NAME: Final = "middlebury-flow"
 UNKNOWN: Final = 1e9  # pixels; a longer component marks a pixel without truth
 FIRST, SECOND, TRUTH = "frame10.png", "frame11.png", "flow10.flo"
-
 _MAGIC: Final = b"PIEH"  # 202021.25 as a little-endian float32
 _LONGEST: Final = 99_999  # pixels a side; what Middlebury's own reader accepts
 

@@ -8,9 +8,10 @@ tables are mirrored by separate code, and a test holds the two against each othe
 import numpy as np
 import pandas as pd
 
-from mcnlab import columns
-from mcnlab.columns import CX, SEQUENCE, W, X
-from mcnlab.errors import ArgumentError, DatasetError, require_count
+from mcnlab import tables
+from mcnlab.checks import require_count
+from mcnlab.errors import ArgumentError, DatasetError
+from mcnlab.tables import CX, SEQUENCE, W, X
 
 SUFFIX = "-mirror"
 OBLIQUE = (2, 4, 6, 8)
@@ -63,7 +64,7 @@ def mirror_boxes(boxes, *, frame_width):
     TableError, ArgumentError
         When the table is not sound or the width is not a positive whole number.
     """
-    columns.check_boxes(boxes)
+    tables.check_boxes(boxes)
     frame_width = require_count("frame_width", frame_width, low=1)
     return boxes.assign(**{X: frame_width - boxes[X] - boxes[W], CX: (frame_width - 1) - boxes[CX]})
 

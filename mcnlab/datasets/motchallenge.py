@@ -29,13 +29,16 @@ arXiv:2003.09003.
 
 import configparser
 import re
+import warnings
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import pandas as pd
 
-from mcnlab.columns import (
+from mcnlab.datasets.recording import Recording
+from mcnlab.errors import DatasetError, McnError
+from mcnlab.tables import (
     CX,
     CY,
     FRAME,
@@ -43,16 +46,15 @@ from mcnlab.columns import (
     PIXEL_LIMIT,
     SEQUENCE,
     SUBJECT,
+    WORLD_X,
+    WORLD_Y,
     H,
     W,
     X,
     Y,
 )
-from mcnlab.datasets.recording import Recording
-from mcnlab.errors import DatasetError, McnError
 
 PEDESTRIAN: Final = 1  # of the classes of MOT16, MOT17 and MOT20
-
 _FIELDS: Final = ("frame", "id", "left", "top", "width", "height", "conf")
 _FRAME, _ID, _LEFT, _TOP, _WIDTH, _HEIGHT, _CONF, _CLASS, _VISIBILITY = range(9)
 _INFO: Final = ("frameRate", "imWidth", "imHeight")  # the keys of seqinfo.ini that are needed
@@ -357,3 +359,88 @@ def _read_info(path):
         found.append(float(text))
     frame_rate, width, height = found
     return frame_rate, int(width), int(height)
+
+
+def read_mot_world(path):
+    """World positions of a MOTChallenge ground-truth file that ends in metres (MOT15).
+
+    Parameters
+    ----------
+    path : path-like
+        ``frame, id, left, top, width, height, conf, X, Y, Z`` a line, frames from 1.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``sequence, frame, world_x, world_y``; frames from 0.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing, a line is not such a line, or a number is not finite.
+    """
+    path = Path(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # an empty file is refused below
+            values = np.loadtxt(path, delimiter=",", ndmin=2)
+    except FileNotFoundError as fault:
+        raise DatasetError(f"{path} is missing; put the ground truth there.") from fault
+    except (OSError, ValueError) as fault:
+        raise DatasetError(f"{path} is not a table of numbers: {fault}; restore it.") from fault
+    if values.shape[1] < 9 or len(values) == 0 or not (np.abs(values) < 1e9).all():
+        raise DatasetError(
+            f"{path} has {values.shape[1]} columns in {len(values)} rows; world positions need "
+            "the ten finite columns of MOT15: frame, id, box, conf, X, Y, Z."
+        )
+    who = values[:, :2]
+    if (who != np.round(who)).any() or len(np.unique(who, axis=0)) != len(who):
+        raise DatasetError(
+            f"{path} has a frame or id that is not whole, or a person twice in a frame; mend it."
+        )
+    return pd.DataFrame(
+        {
+            SEQUENCE: values[:, 1].astype(int).astype(str),
+            FRAME: values[:, 0].astype(int) - 1,
+            WORLD_X: values[:, 7],
+            WORLD_Y: values[:, 8],
+        }
+    )
+
+
+# Videos of MOT15 that MOT16 and MOT17 have annotated anew: eight of equal length.
+_ANEW = {
+    "venice-1": "mot-01",
+    "venice-2": "mot-02",
+    "eth-pedcross2": "mot-05",
+    "eth-linthescher": "mot-06",
+    "adl-rundle-1": "mot-07",
+    "adl-rundle-3": "mot-08",
+    "adl-rundle-6": "mot-09",
+    "adl-rundle-8": "mot-10",
+}
+
+# The eight videos of MOT20 show three scenes.
+_CROWDS = {1: "hall", 2: "hall", 7: "hall", 3: "night", 4: "night", 5: "night", 6: "day", 8: "day"}
+
+
+def place_of(recording):
+    """What recordings that may show the same people have in common, as a name.
+
+    MOT16-02, MOT17-02-DPM, -FRCNN and -SDP and MOT15's Venice-2 are one video; MOT20 has eight
+    videos of three scenes; all of PETS 2009 was acted on one campus by the same people.
+
+    Parameters
+    ----------
+    recording : str
+        A recording's name, in any case.
+    """
+    name = str(recording).lower()
+    if found := re.fullmatch(r"mot1[67](?:det)?-0*(\d+)(-.*)?", name):
+        return f"mot-{int(found[1]):02d}"
+    if found := re.fullmatch(r"mot20(?:det)?-0*(\d+)(-.*)?", name):
+        number = int(found[1])
+        return f"mot20-{_CROWDS.get(number, number)}"
+    if re.match(r"pets(20)?09", name):
+        return "pets-2009"
+    return _ANEW.get(name, name)

@@ -5,8 +5,9 @@ from functools import cached_property
 
 import pandas as pd
 
-from mcnlab import columns
-from mcnlab.errors import DatasetError, require_count, require_number
+from mcnlab import tables
+from mcnlab.checks import require_count, require_number
+from mcnlab.errors import DatasetError
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Recording:
     name : str
         The dataset's name, lower case.
     boxes : pandas.DataFrame
-        A box table (`mcnlab.columns`).
+        A box table (`mcnlab.tables`).
     frame_rate : float
         Frames a second.
     frame_width, frame_height : int
@@ -45,7 +46,7 @@ class Recording:
     source: str = ""
 
     def __post_init__(self):
-        columns.check_boxes(self.boxes)
+        tables.check_boxes(self.boxes)
         require_number("frame_rate", self.frame_rate, above=0, unit="frames a second")
         require_count("frame_width", self.frame_width, low=1)
         require_count("frame_height", self.frame_height, low=1)
@@ -55,17 +56,17 @@ class Recording:
     @cached_property
     def stack(self):
         """The boxes laid side by side (`columns.stack_sequences`), made once."""
-        return columns.stack_sequences(self.boxes)
+        return tables.stack_sequences(self.boxes)
 
     @property
     def sequences(self):
         """The sequences' names, in table order."""
-        return list(self.boxes[columns.SEQUENCE].unique())
+        return list(self.boxes[tables.SEQUENCE].unique())
 
     @property
     def subjects(self):
         """Series: each sequence's subject."""
-        return self.boxes.groupby(columns.SEQUENCE, sort=False)[columns.SUBJECT].first()
+        return self.boxes.groupby(tables.SEQUENCE, sort=False)[tables.SUBJECT].first()
 
     @property
     def summary(self):
@@ -82,7 +83,7 @@ class Recording:
         DatasetError
             When there is no such sequence.
         """
-        rows = self.boxes[self.boxes[columns.SEQUENCE] == name]
+        rows = self.boxes[self.boxes[tables.SEQUENCE] == name]
         if rows.empty:
             raise DatasetError(
                 f"sequence {name!r} is not in {self.name}; it holds {len(self.sequences)} "
@@ -100,7 +101,7 @@ class Recording:
             return self
         labels = self.directions
         return self.with_boxes(
-            self.boxes[~self.boxes[columns.SEQUENCE].isin(self.copies)].reset_index(drop=True),
+            self.boxes[~self.boxes[tables.SEQUENCE].isin(self.copies)].reset_index(drop=True),
             directions=None if labels is None else labels.drop(list(self.copies)),
             copies=frozenset(),
         )

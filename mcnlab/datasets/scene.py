@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from mcnlab.columns import TRACE, X, Y, check_traces
-from mcnlab.errors import ArgumentError, require_count, require_number
-from mcnlab.ground import check_area, check_walls
+from mcnlab.cameras.floor import check_area, check_walls
+from mcnlab.checks import require_count, require_number
+from mcnlab.errors import ArgumentError
+from mcnlab.tables import TRACE, X, Y, check_traces
 
 
 @dataclass(frozen=True, eq=False)

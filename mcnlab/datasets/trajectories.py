@@ -24,9 +24,9 @@ from typing import Final, NamedTuple
 import numpy as np
 import pandas as pd
 
-from mcnlab.columns import FRAME, TRACE, TRACE_COLUMNS, X, Y
 from mcnlab.datasets.scene import Scene, area_of
 from mcnlab.errors import DatasetError, McnError
+from mcnlab.tables import FRAME, TRACE, TRACE_COLUMNS, X, Y
 
 JUELICH_FRAME_RATE: Final = 16.0  # frames a second
 ETH_UCY_RATE: Final = 2.5  # annotated steps a second
@@ -36,7 +36,6 @@ EDINBURGH_HEIGHT: Final = 480  # rows of the image, counted from the top
 SHORTEST: Final = 1.0  # seconds; an Edinburgh detection that lasted less is noise
 FASTEST: Final = 8.0  # m/s; an Edinburgh track that goes faster has jumped to someone else
 FARTHEST: Final = 1e4  # metres; a place beyond is damage or a wrong unit
-
 _TRACK: Final = re.compile(r"TRACK\.R(\d+)\s*=\s*\[([^=]*?\])\s*\]")
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from mcnlab.errors import ArgumentError, DatasetError, require_count, require_number
+from mcnlab.checks import require_count, require_number
+from mcnlab.errors import ArgumentError, DatasetError
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm")
 

@@ -2,20 +2,16 @@
 
 A notebook shows each figure that it covers; a reproduction keeps the picture as
 ``figure-3.12.png``.  Figures that go beyond the thesis have names instead of numbers.
+Every module of this package enters its own figures when it is imported, and all are.
 """
 
-# Chapter by chapter; each module enters its figures.
-from mcnlab.figures import (  # noqa: F401
-    choosing,
-    direction,
-    foresight,
-    gait,
-    occlusion,
-    speed,
-    tracing,
-    voting,
-)
-from mcnlab.figures.direction import example_walk
+import importlib
+import pkgutil
+
 from mcnlab.figures.registry import FIGURES, NOTEBOOKS, START, draw, show
+from mcnlab.figures.walking import example_walk
 
 __all__ = ["FIGURES", "NOTEBOOKS", "START", "draw", "example_walk", "show"]
+
+for _found in pkgutil.iter_modules(__path__):
+    importlib.import_module(f"{__name__}.{_found.name}")

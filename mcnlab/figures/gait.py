@@ -3,14 +3,15 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import gait, plotting, viewpoint
-from mcnlab.columns import FRAME, SEQUENCE, H, W
+from mcnlab import plotting
 from mcnlab.errors import ArgumentError
-from mcnlab.figures.direction import example_walk
 from mcnlab.figures.registry import SQUARE
 from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.walking import example_walk
 from mcnlab.plotting.gait import CUT, MADE, NOISY, REAL
-from mcnlab.silhouettes import measure_sequence
+from mcnlab.tables import FRAME, SEQUENCE, H, W
+from mcnlab.vision.silhouettes import measure_sequence
+from mcnlab.walking import gait, viewpoint
 
 VIEWS = {0: "σ = 0, frontal", 45: "σ = π/4", 90: "σ = π/2, square-on"}
 

@@ -5,14 +5,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from mcnlab import plotting
-from mcnlab.cases import silhouettes_of
-from mcnlab.columns import FRAME, H, W, X, Y
-from mcnlab.datasets.composites import compose, compose_masks, start_frames
-from mcnlab.direction import DIRECTIONS, NAMES
+from mcnlab.compass import DIRECTIONS, NAMES
 from mcnlab.figures.registry import TABULATE
 from mcnlab.figures.registry import figure as _figure
+from mcnlab.occlusion.composites import compose, compose_masks, start_frames
 from mcnlab.plotting.occlusion import RULE_LABELS, WALKER_COLOURS
 from mcnlab.plotting.style import DENSITY, frame_axes
+from mcnlab.tables import FRAME, H, W, X, Y
+from mcnlab.vision.recordings import silhouettes_of
 
 _LEAST_WIDTH, _SHAPE = 352, 240 / 352  # pixels of a wide frame that are shown, and their shape
 _STRIP = 0.16  # of the picture's height, below it

@@ -21,6 +21,7 @@ SEPARATE, READ = "separate_directions_in_phase_space", "read_heading_from_perspe
 SPEED = "bin_apparent_speed"
 TABULATE = "tabulate_occlusion"
 FORESEE = "foresee_occlusion"
+
 # In reading order.
 NOTEBOOKS = (
     START,

@@ -5,8 +5,7 @@ import matplotlib.pyplot as plt
 from mcnlab import plotting
 from mcnlab.figures.registry import SPEED
 from mcnlab.figures.registry import figure as _figure
-from mcnlab.pace import PASSING
-from mcnlab.speed import FAST, SLOW
+from mcnlab.walking.speed import FAST, PASSING, SLOW
 
 
 @_figure(

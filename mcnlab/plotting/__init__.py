@@ -1,6 +1,6 @@
 """Drawing: every ``plot_…`` takes ``ax=None`` and returns the Axes it drew on."""
 
-from mcnlab.plotting.foresight import (
+from mcnlab.plotting.benchmark import (
     plot_precision_recall,
     plot_reliability,
     plot_rules_by_cell,
@@ -8,7 +8,6 @@ from mcnlab.plotting.foresight import (
     plot_shares_by_cell,
 )
 from mcnlab.plotting.gait import plot_by_angle, plot_rhythm, plot_timeline, plot_width
-from mcnlab.plotting.images import plot_flow, plot_frame
 from mcnlab.plotting.occlusion import (
     RULE_COLOURS,
     plot_direction_table,
@@ -17,7 +16,7 @@ from mcnlab.plotting.occlusion import (
     plot_two_walkers,
 )
 from mcnlab.plotting.pairs import plot_cover, plot_moment
-from mcnlab.plotting.places import (
+from mcnlab.plotting.placement import (
     plot_band,
     plot_cameras,
     plot_cells,
@@ -53,7 +52,8 @@ from mcnlab.plotting.style import (
     UPPER,
     use_style,
 )
-from mcnlab.plotting.walks import (
+from mcnlab.plotting.vision import plot_flow, plot_frame
+from mcnlab.plotting.walking import (
     colour_of,
     group_legend,
     marker_of,

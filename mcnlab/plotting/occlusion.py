@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
 
-from mcnlab.direction import DIRECTIONS, NAMES, heading_of
+from mcnlab.compass import DIRECTIONS, NAMES, heading_of
 from mcnlab.errors import ArgumentError
-from mcnlab.occlusion import (
+from mcnlab.occlusion.thesis import (
     APART,
     BY_SPEED,
     CERTAIN,
@@ -24,8 +24,8 @@ from mcnlab.occlusion import (
     speed_table,
 )
 from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, WALKER_LINES, axes_or_new, frame_axes
-from mcnlab.speed import LEVELS
-from mcnlab.speed import NAMES as SPEED_NAMES
+from mcnlab.walking.speed import LEVELS
+from mcnlab.walking.speed import NAMES as SPEED_NAMES
 
 RULE_COLOURS = {APART: "#f1f3f5", BY_SPEED: "#f2b134", CERTAIN: "#1d5fa8"}
 RULE_INK = {APART: "#6b7078", BY_SPEED: INK, CERTAIN: "white"}

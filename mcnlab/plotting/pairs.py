@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mcnlab.columns import H, W, X, Y
-from mcnlab.errors import ArgumentError, require_choice, require_count
-from mcnlab.foresight import METHODS
-from mcnlab.motion import Ground, move_straight
-from mcnlab.pairs import cover_of
+from mcnlab.checks import require_choice, require_count
+from mcnlab.errors import ArgumentError
+from mcnlab.occlusion.benchmark import METHODS
+from mcnlab.occlusion.motion import Ground, move_straight
+from mcnlab.occlusion.pairs import cover_of
 from mcnlab.plotting.style import (
     BAND,
     FORECAST_COLOURS,
@@ -27,6 +27,7 @@ from mcnlab.plotting.style import (
     axes_or_new,
     frame_axes,
 )
+from mcnlab.tables import H, W, X, Y
 
 LANE = 0.11  # of the cover's axis, for each forecaster below it
 

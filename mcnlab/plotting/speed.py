@@ -6,17 +6,11 @@ A level has its colour and its marker everywhere.
 import matplotlib.ticker
 import numpy as np
 
-from mcnlab.direction import DIRECTIONS
-from mcnlab.direction import NAMES as WAYS
-from mcnlab.lines import fit_lines_robust
-from mcnlab.plotting.style import (
-    INK,
-    SPEED_COLOURS,
-    SPEED_HATCHES,
-    SPEED_MARKERS,
-    axes_or_new,
-)
-from mcnlab.speed import FAST, LEVELS, NAMES, SLOW
+from mcnlab.compass import DIRECTIONS
+from mcnlab.compass import NAMES as WAYS
+from mcnlab.plotting.style import INK, SPEED_COLOURS, SPEED_HATCHES, SPEED_MARKERS, axes_or_new
+from mcnlab.regression import fit_lines_robust
+from mcnlab.walking.speed import FAST, LEVELS, NAMES, SLOW
 
 
 def plot_law(

@@ -6,16 +6,19 @@ import matplotlib.pyplot as plt
 
 # From away to toward; told apart in grey too, by lightness and marker.
 GROUP_COLOURS = {1: "#14213d", 2: "#1d5fa8", 3: "#3fb18f", 4: "#f2b134", 5: "#d1495b"}
+
 METHOD_COLOURS = {
     "thesis, height": "#8d6a9f",
     "growth": "#3fb18f",
     "perspective": "#1d5fa8",
 }
+
 METHOD_MARKERS = {
     "thesis, height": "s",
     "growth": "^",
     "perspective": "o",
 }
+
 # Ways to choose places; told apart by marker too.
 CHOICE_COLOURS = {
     "votes": "#8d6a9f",
@@ -25,6 +28,7 @@ CHOICE_COLOURS = {
     "swaps": "#14213d",
     "exact": "#1d5fa8",
 }
+
 CHOICE_MARKERS = {
     "votes": "s",
     "area": "D",
@@ -33,6 +37,7 @@ CHOICE_MARKERS = {
     "swaps": "v",
     "exact": "o",
 }
+
 # Ways to find who moves.
 FINDER_COLOURS = {
     "background": "#1d5fa8",
@@ -41,6 +46,7 @@ FINDER_COLOURS = {
     "farneback": "#3fb18f",
     "truth": "#222222",
 }
+
 # Optical flows.
 FLOW_COLOURS = {
     "horn-schunck": "#8d6a9f",
@@ -48,16 +54,19 @@ FLOW_COLOURS = {
     "farneback": "#3fb18f",
     "dis": "#14213d",
 }
+
 FLOW_HATCHES = {
     "horn-schunck": "",
     "horn-schunck-plain": "///",
     "farneback": "\\\\\\",
     "dis": "...",
 }
+
 # Speed levels v1, v2, v3: darker is faster; told apart in grey, by marker and by hatch too.
 SPEED_COLOURS = {1: "#f0a63c", 2: "#c0436a", 3: "#3b1f5b"}
 SPEED_MARKERS = {1: "o", 2: "^", 3: "s"}
 SPEED_HATCHES = {1: "", 2: "//", 3: "xx"}
+
 # Ways to foresee occlusion; the two of our own are the dark ones.
 FORECAST_COLOURS = {
     "thesis": "#8d6a9f",
@@ -66,6 +75,7 @@ FORECAST_COLOURS = {
     "perspective": "#1d5fa8",
     "learned": "#14213d",
 }
+
 FORECAST_MARKERS = {
     "thesis": "s",
     "constant-velocity": "D",
@@ -73,6 +83,7 @@ FORECAST_MARKERS = {
     "perspective": "o",
     "learned": "^",
 }
+
 FORECAST_LINES = {
     "thesis": ":",
     "constant-velocity": "--",
@@ -80,6 +91,7 @@ FORECAST_LINES = {
     "perspective": "-.",
     "learned": "-",
 }
+
 DENSITY = "YlGnBu"
 INK, PALE = "#222222", "#b8bcc2"
 UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"

@@ -8,8 +8,8 @@ import traitlets
 from matplotlib.colors import to_rgb
 
 from mcnlab import plotting
-from mcnlab.direction import DIRECTIONS, NAMES, heading_of
-from mcnlab.occlusion import (
+from mcnlab.compass import DIRECTIONS, NAMES, heading_of
+from mcnlab.occlusion.thesis import (
     APART,
     BY_SPEED,
     CERTAIN,
@@ -31,12 +31,13 @@ from mcnlab.plotting.occlusion import (
     WALKER_COLOURS,
 )
 from mcnlab.plotting.style import frame_axes
-from mcnlab.speed import LEVELS
-from mcnlab.speed import NAMES as SPEED_NAMES
+from mcnlab.walking.speed import LEVELS
+from mcnlab.walking.speed import NAMES as SPEED_NAMES
 from mcnlab.widgets.panel import Panel, choices, decimal_slider
 
 _PLACES = 0.35 * FRAME_WIDTH, 0.65 * FRAME_WIDTH  # where S1 and S2 begin
 _BODY = 28, 72  # pixels, a box
+
 _SAID = {
     APART: "0: no occlusion",
     BY_SPEED: "C: time and place decide",

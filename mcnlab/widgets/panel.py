@@ -15,8 +15,8 @@ import traitlets
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from mcnlab.cameras.floor import GridMap
 from mcnlab.errors import McnError
-from mcnlab.ground import GridMap
 
 LABEL_WIDTH = 150  # pixels
 

@@ -1,0 +1,1 @@
+"""Timings against peers; beside the package, not in it."""

@@ -1,0 +1,84 @@
+"""The data that every notebook starts from: measured anew, or what came with mcnlab.
+
+With the environment variable ``MCNLAB_DATA`` naming a folder of recordings, whatever lies
+there is measured in full.  Without it, the tables in ``data/`` stand in: measurements that
+this package made of the same recordings (``python -m mcnlab measure``), whose images are
+not ours to hand on.
+"""
+
+import os
+import zlib
+from pathlib import Path
+
+import pandas as pd
+
+from mcnlab.datasets import casia, pets
+from mcnlab.errors import DatasetError
+
+BUNDLED = Path(__file__).resolve().parents[2] / "data"
+VARIABLE = "MCNLAB_DATA"
+TUD = "tud-stadtmitte"
+MOTCHALLENGE = "motchallenge"
+
+
+def data_folder():
+    """The folder that ``MCNLAB_DATA`` names, or None.
+
+    Raises
+    ------
+    DatasetError
+        When the variable names something that is not a folder.
+    """
+    value = os.environ.get(VARIABLE)
+    if not value:
+        return None
+    folder = Path(value).expanduser()
+    if not folder.is_dir():
+        raise DatasetError(
+            f"{VARIABLE} is {value!r}, which is not a folder; name one laid out as the README "
+            "says, or unset it."
+        )
+    return folder
+
+
+def casia_a_folder():
+    """The folder of CASIA A silhouettes under ``MCNLAB_DATA``, or None."""
+    folder = data_folder()
+    if folder is None or not (folder / casia.NAME / "silhouettes").is_dir():
+        return None
+    return folder / casia.NAME
+
+
+def read_table(path, **options):
+    """A CSV table, or `DatasetError` naming the file."""
+    try:
+        return pd.read_csv(path, **options)
+    except FileNotFoundError as fault:
+        raise DatasetError(
+            f"{path} is missing; install mcnlab from its checkout (pip install -e .), which "
+            "holds data/."
+        ) from fault
+    except (OSError, EOFError, ValueError, zlib.error, pd.errors.ParserError) as fault:
+        raise DatasetError(f"{path} is not a table ({fault}); restore it.") from fault
+
+
+def pets_files(folder):
+    """Boxes, calibration and world positions of PETS 2009 under a data folder."""
+    folder = Path(folder)
+    return [
+        folder / pets.PETS / "PETS2009-S2L1.xml",
+        folder / pets.PETS / "View_001.xml",
+        folder / MOTCHALLENGE / "PETS09-S2L1" / "gt" / "gt.txt",
+    ]
+
+
+def tud_files(folder):
+    """Boxes with world positions, and the frame, of TUD-Stadtmitte under a data folder."""
+    held = Path(folder) / MOTCHALLENGE / "TUD-Stadtmitte"
+    return [held / "gt" / "gt.txt", held / "seqinfo.ini"]
+
+
+def pets_video_files(folder):
+    """Video, calibration and world positions of PETS 2009 under a data folder."""
+    folder = Path(folder)
+    return [folder / pets.PETS / "vtest.mp4", *pets_files(folder)[1:]]

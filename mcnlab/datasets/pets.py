@@ -1,0 +1,168 @@
+"""People in public places, boxed by hand or by a detector.
+
+PETS 2009 S2.L1, View 1: J. Ferryman and A. Shahrokni, "PETS2009: Dataset and challenge",
+2009.  Boxes by hand in XML, world metres from MOTChallenge's release of the same people
+(L. Leal-Taixé et al., "MOTChallenge 2015", arXiv:1504.01942), and the place of the camera
+from its Tsai calibration (R. Tsai, IEEE J. Robotics and Automation 3(4), 1987).
+"""
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from mcnlab.cameras.camera import TsaiCamera, place_of
+from mcnlab.datasets.recording import Recording
+from mcnlab.errors import DatasetError
+from mcnlab.tables import CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y
+
+PETS = "pets2009"
+PETS_WIDTH, PETS_HEIGHT = 768, 576  # pixels of the boxes
+PETS_FRAME_RATE = 7.0  # frames a second; the video's container says 10
+PETS_FOCAL_LENGTH = 1190.0  # pixels: between the calibration's 1185 across and 1195 down
+_EXTRINSIC = ("tx", "ty", "tz", "rx", "ry", "rz")
+
+
+def read_pets(folder):
+    """The boxes of PETS 2009 S2.L1, View 1, as a recording of one camera.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds ``PETS2009-S2L1.xml``.
+
+    Returns
+    -------
+    Recording
+        A sequence is a person; frames count from 0, as in the XML file.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing or is not such a file.
+    """
+    path = Path(folder) / "PETS2009-S2L1.xml"
+    try:
+        root = ElementTree.parse(path).getroot()
+        rows = [
+            (
+                int(item.attrib["id"]),
+                int(frame.attrib["number"]),
+                *(float(item.find("box").attrib[key]) for key in ("xc", "yc", "w", "h")),
+            )
+            for frame in root.iter("frame")
+            for item in frame.iter("object")
+        ]
+    except FileNotFoundError as fault:
+        raise DatasetError(f"{path} is missing; put PETS 2009's box file there.") from fault
+    except (OSError, ElementTree.ParseError, LookupError, ValueError, AttributeError) as fault:
+        raise DatasetError(
+            f"{path} is not a PETS box file ({fault}); each frame needs objects with an id and "
+            "a box of xc, yc, w and h."
+        ) from fault
+    if not rows:
+        raise DatasetError(f"{path} holds no boxes; restore it from the dataset.")
+    table = pd.DataFrame(rows, columns=[SUBJECT, FRAME, CX, CY, W, H])
+    table = table.sort_values([SUBJECT, FRAME], ignore_index=True)
+    table[X] = table[CX] - table[W] / 2
+    table[Y] = table[CY] - table[H] / 2
+    table[SUBJECT] = table[SUBJECT].astype(str)
+    table[SEQUENCE] = table[SUBJECT]
+    boxes = table[[SEQUENCE, SUBJECT, FRAME, X, Y, W, H, CX, CY]]
+    return Recording(PETS, boxes, PETS_FRAME_RATE, PETS_WIDTH, PETS_HEIGHT)
+
+
+def read_tsai(path):
+    """A camera with a Tsai calibration.
+
+    Parameters
+    ----------
+    path : path-like
+        An XML file with ``Geometry`` dpx, dpy (mm), ``Intrinsic`` focal (mm), kappa1 (1/mm²),
+        cx, cy (pixels), sx, and ``Extrinsic`` tx, ty, tz (mm), rx, ry, rz (radians).
+
+    Returns
+    -------
+    TsaiCamera
+        For the image that it was calibrated on, 768×576 in PETS 2009.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing, lacks a number, or holds an impossible one.
+    """
+    held = _read_numbers(
+        path,
+        Geometry=("dpx", "dpy"),
+        Intrinsic=("focal", "kappa1", "cx", "cy", "sx"),
+        Extrinsic=_EXTRINSIC,
+    )
+    if min(held[name] for name in ("dpx", "dpy", "focal", "sx")) <= 0:
+        raise DatasetError(
+            f"{path} is not a Tsai calibration (dpx, dpy, focal and sx must be positive); "
+            "restore it."
+        )
+    turn, shift = _pose(held)
+    return TsaiCamera(
+        focal=held["focal"],
+        kappa=held["kappa1"],
+        centre=(held["cx"], held["cy"]),
+        aspect=held["sx"],
+        pitch=(held["dpx"], held["dpy"]),
+        turn=turn,
+        shift=shift,
+    )
+
+
+def read_tsai_place(path):
+    """Where on the ground a camera with a Tsai calibration stands.
+
+    Parameters
+    ----------
+    path : path-like
+        An XML file with ``Extrinsic`` tx, ty, tz (mm), rx, ry, rz (radians).
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        World metres.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing or lacks a number.
+    """
+    turn, shift = _pose(_read_numbers(path, Extrinsic=_EXTRINSIC))
+    return place_of(turn, shift)
+
+
+def _read_numbers(path, **wanted):
+    """Attributes of a calibration's elements, as finite floats."""
+    path = Path(path)
+    held = {}
+    try:
+        root = ElementTree.parse(path).getroot()
+        for element, names in wanted.items():
+            attributes = root.find(element).attrib
+            held |= {name: float(attributes[name]) for name in names}
+        if not np.isfinite(list(held.values())).all():
+            raise ValueError("a number is not finite")
+    except FileNotFoundError as fault:
+        raise DatasetError(f"{path} is missing; put the camera's calibration there.") from fault
+    except (OSError, ElementTree.ParseError, AttributeError, LookupError, ValueError) as fault:
+        needs = "; ".join(f"{element} {', '.join(names)}" for element, names in wanted.items())
+        raise DatasetError(
+            f"{path} is not a Tsai calibration ({fault}); it needs {needs}."
+        ) from fault
+    return held
+
+
+def _pose(held):
+    """World to camera, Rz·Ry·Rx, and the shift in millimetres."""
+    turn = np.array([held[key] for key in ("rx", "ry", "rz")])
+    (cos_x, cos_y, cos_z), (sin_x, sin_y, sin_z) = np.cos(turn), np.sin(turn)
+    about_x = np.array([[1, 0, 0], [0, cos_x, -sin_x], [0, sin_x, cos_x]])
+    about_y = np.array([[cos_y, 0, sin_y], [0, 1, 0], [-sin_y, 0, cos_y]])
+    about_z = np.array([[cos_z, -sin_z, 0], [sin_z, cos_z, 0], [0, 0, 1]])
+    return about_z @ about_y @ about_x, np.array([held[key] for key in ("tx", "ty", "tz")])

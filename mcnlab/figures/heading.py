@@ -1,0 +1,203 @@
+"""The figures beyond section 3.2.1: heading in degrees, from perspective."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from mcnlab import plotting
+from mcnlab.figures.registry import READ
+from mcnlab.figures.registry import figure as _figure
+from mcnlab.tables import SEQUENCE
+from mcnlab.walking.evaluation import truth_of
+
+
+@_figure(
+    "geometry",
+    "The body as a ruler",
+    notebook=READ,
+    claim="A body of height H, s pixels tall, stands f/s body heights away.",
+    finding="Similar triangles: s/f = H/Z. No calibration is needed but the focal length.",
+)
+def geometry():
+    """A pinhole camera from the side: two places of one walker."""
+    figure, ax = plt.subplots(figsize=(9, 3.6))
+    focal, eye, stature = 1.2, 1.0, 1.7
+    ax.plot([-0.2, 10], [0, 0], color=plotting.INK, lw=1)
+    ax.plot([0, 10], [eye, eye], color=plotting.UPPER, ls="--", lw=1)
+    ax.text(9.9, eye + 0.06, "horizon", ha="right", color=plotting.UPPER)
+    ax.plot([focal, focal], [0.05, 2.0], color=plotting.PALE, lw=4)
+    ax.text(focal, 2.06, "image, f before the pinhole", ha="center")
+    for place, direction in ((4.0, 5), (8.0, 1)):
+        colour = plotting.colour_of(direction)
+        ax.plot([place, place], [0, stature], color=colour, lw=5, solid_capstyle="round")
+        rows = [eye + focal * (level - eye) / place for level in (0, stature)]
+        for level in (0, stature):
+            ax.plot([0, place], [eye, level], color=colour, lw=0.8)
+        ax.plot([focal, focal], rows, color=colour, lw=6, solid_capstyle="butt")
+        ax.text(place, stature + 0.08, f"H at Z = {place:.0f} m", ha="center")
+        ax.annotate(
+            f"s = f·H/{place:.0f}",
+            xy=(focal, rows[0]),
+            xytext=(focal + 0.35, 0.12 if direction == 5 else 0.36),
+            color=colour,
+            va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6},
+        )
+    ax.plot(0, eye, "o", color=plotting.INK)
+    ax.text(-0.08, eye, "pinhole", ha="right", va="center")
+    ax.set(xlim=(-0.9, 10.2), ylim=(-0.1, 2.3))
+    ax.axis("off")
+    return figure
+
+
+@_figure(
+    "horizon",
+    "The horizon from the walkers",
+    notebook=READ,
+    claim="Box height is linear in the row of the feet; where it would be zero is the horizon.",
+    finding="Left a subject of CASIA A; right synthetic people under a camera 7 m up.",
+)
+def horizons(level_boxes, level_camera, high_boxes, high_camera):
+    """Box height against foot row for a level and a high camera."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4))
+    for ax, boxes, camera, name in (
+        (axes[0], level_boxes, level_camera, "CASIA A"),
+        (axes[1], high_boxes, high_camera, "synthetic, high camera"),
+    ):
+        plotting.plot_horizon(boxes, camera, ax=ax)
+        seen = f"tilt {np.degrees(camera.tilt):.1f}°, {camera.feet:.2f} body heights up"
+        ax.set_title(f"{name}: {'no horizon' if camera.horizon is None else seen}")
+    return figure
+
+
+@_figure(
+    "heading",
+    "Heading errors",
+    notebook=READ,
+    claim="Without training, is every direction right?",
+    ids=(
+        "direction.perspective.direction8",
+        "direction.perspective.direction8.1s",
+        "direction.perspective.direction8.0.5s",
+        "direction.perspective.mae_deg",
+    ),
+)
+def heading_errors(recording, errors_by_window):
+    """Signed heading errors by true direction, for each window length.
+
+    Parameters
+    ----------
+    recording : Recording
+    errors_by_window : dict
+        Title → (headings table, signed errors).
+    """
+    figure, axes = plt.subplots(
+        len(errors_by_window), 1, figsize=(9, 2.9 * len(errors_by_window)), squeeze=False
+    )
+    for ax, (title, (headings, errors)) in zip(axes[:, 0], errors_by_window.items(), strict=True):
+        truth = truth_of(recording, headings[SEQUENCE].to_numpy())
+        plotting.plot_heading_errors(errors, truth, ax=ax)
+        ax.set_title(title)
+    for ax in axes[:-1, 0]:
+        ax.set_xlabel("")
+    return figure
+
+
+@_figure(
+    "focal-length",
+    "How much the focal length matters",
+    notebook=READ,
+    claim="The focal length is the only thing that must be known.",
+    ids=("direction.perspective.focal_length_from_pace",),
+)
+def focal_lengths(lengths, right, error, from_pace):
+    """Accuracy and mean error against the focal length assumed."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4))
+    plotting.plot_lines(
+        lengths, {"perspective": right}, xlabel="focal length assumed (pixels)", ax=axes[0]
+    )
+    plotting.plot_lines(
+        lengths,
+        {"perspective": error},
+        xlabel="focal length assumed (pixels)",
+        ylabel="mean heading error (degrees)",
+        ax=axes[1],
+    )
+    for ax in axes:
+        ax.axvline(from_pace, color=plotting.UPPER, ls="--", label="from the walkers' pace")
+        ax.legend()
+    axes[0].set_ylim(None, 1.01)
+    axes[1].set_ylim(0, None)
+    return figure
+
+
+@_figure(
+    "windows",
+    "How long one must look",
+    notebook=READ,
+    claim="How fast does accuracy fall when only part of the walk is seen?",
+    ids=("direction.perspective.direction8.1s", "direction.perspective.direction8.0.5s"),
+)
+def window_lengths(seconds, estimates):
+    """Accuracy against window length."""
+    figure, ax = plt.subplots()
+    plotting.plot_lines(
+        seconds, {"perspective": estimates}, xlabel="window (s)", ylabel="directions right", ax=ax
+    )
+    ax.set_ylim(None, 1.01)
+    return figure
+
+
+@_figure(
+    "calibration",
+    "Are the intervals honest?",
+    notebook=READ,
+    claim="A 95 % interval should hold the true heading 95 % of the time.",
+    ids=("direction.perspective.synthetic.coverage95",),
+)
+def calibrated(levels, estimates):
+    """Share of true headings inside the interval against its nominal level."""
+    figure, ax = plt.subplots(figsize=(5.5, 5))
+    ax.plot([0, 1], [0, 1], color=plotting.INK, lw=0.8, ls=":", label="honest")
+    plotting.plot_lines(
+        levels,
+        {"perspective": estimates},
+        xlabel="nominal level of the interval",
+        ylabel="share of true headings inside",
+        ax=ax,
+    )
+    ax.set(xlim=(0, 1), ylim=(0, 1), aspect="equal")
+    return figure
+
+
+@_figure(
+    "noise",
+    "Accuracy under segmentation noise",
+    notebook=READ,
+    claim="At level 1, 5 % of the frames are missing, 20 specks lie in each and a limb is cut.",
+    ids=("direction.perspective.synthetic.noise1",),
+)
+def under_noise(levels, estimates):
+    """Accuracy against noise level, three methods, synthetic walkers."""
+    figure, ax = plt.subplots()
+    plotting.plot_lines(levels, estimates, xlabel="noise level", ax=ax)
+    ax.set_ylim(None, 1.01)
+    return figure
+
+
+@_figure(
+    "pets",
+    "Outdoors, from above: PETS 2009",
+    notebook=READ,
+    claim="The same code, unchanged, against world truth.",
+    ids=(
+        "direction.perspective.pets.direction8",
+        "direction.perspective.pets.within45",
+        "direction.perspective.pets.mae_deg",
+    ),
+)
+def pets(headings):
+    """Heading from boxes against the true one, one-second windows."""
+    figure, ax = plt.subplots(figsize=(5.5, 5.5))
+    plotting.plot_against_truth(headings["true_sight"], headings["sight"], ax=ax)
+    return figure

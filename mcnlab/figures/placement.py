@@ -1,0 +1,381 @@
+"""The figures of sections 2.2.1 to 2.3: from traces to votes to places."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from mcnlab import plotting
+from mcnlab.figures.registry import EXACT, VOTE
+from mcnlab.figures.registry import figure as _figure
+from mcnlab.placement import cells
+from mcnlab.placement.cells import CHAOS, DIRECTED, NO_LOCUS
+from mcnlab.tables import FRAME, TRACE, X, Y
+
+
+@_figure(
+    "2.3",
+    "Loci of those who walk",
+    section="2.2.1",
+    notebook=VOTE,
+    claim="From overhead, the loci of many walkers make a visible pattern.",
+    finding="Lanes along the corridor and round its bends; those who cross or linger stand out.",
+)
+def loci(scene, grid):
+    """Figure 2.3: every trace over the cells of the grid."""
+    figure, ax = plt.subplots(figsize=(9, 4.2))
+    plotting.plot_ground(grid.area, walls=scene.walls, grid=grid, ax=ax)
+    plotting.plot_traces(scene.traces, ax=ax)
+    ax.set_title(f"{len(scene.walkers)} walkers, cells of {grid.cell:g} m")
+    return figure
+
+
+@_figure(
+    "2.4",
+    "The angle of a pattern of pixels",
+    section="2.2.2",
+    notebook=VOTE,
+    claim="The pixels of a locus in an 8×8 cell show one of the angles in [0, π].",
+    finding="The principal axis of the pixels; a point, a block or a cross has none.",
+)
+def patterns():
+    """Figure 2.4: strokes at the eight bins' centres and patterns without an angle."""
+    examples = cells.example_patterns()
+    angles, known = cells.infer_angle(np.stack(list(examples.values())))
+    figure = plt.figure(figsize=(9, 3.4))
+    plotting.plot_patterns(list(examples.values()), angles, known, figure=figure)
+    return figure
+
+
+@_figure(
+    "2.5",
+    "Three kinds of cells",
+    section="2.2.2",
+    notebook=VOTE,
+    claim="A cell has one direction, or several (chaos), or nobody passed it.",
+    finding="Red is the highest bin, blue its neighbours, grey the others, which decide.",
+    ids=("placement.pets.directed", "placement.pets.chaos"),
+)
+def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
+    """Figure 2.5: (a) a directed cell, (b) a chaos cell, (c) one without a locus."""
+    figure, axes = plt.subplots(2, 3, figsize=(10, 5), height_ratios=(1.1, 1))
+    walks = placed.cells.histograms.sum(axis=2)
+    names = {DIRECTED: "(a) one direction", CHAOS: "(b) chaos", NO_LOCUS: "(c) no locus"}
+    for column, (kind, name) in enumerate(names.items()):
+        held = np.where(placed.cells.kind == kind, walks, -1)
+        above, below = axes[:, column]
+        above.set_title(name)
+        if held.max() < 0:
+            for ax in (above, below):
+                ax.text(0.5, 0.5, "no such cell here", ha="center", transform=ax.transAxes)
+                ax.axis("off")
+            continue
+        cell = np.unravel_index(int(held.argmax()), held.shape)
+        _draw_cell(scene, grid, cell, ax=above)
+        counts = placed.cells.histograms[cell]
+        plotting.plot_histogram(counts, chaos_ratio=chaos_ratio, ax=below)
+        if column:
+            below.set_ylabel("")
+    return figure
+
+
+@_figure(
+    "2.6",
+    "From path band to places",
+    section="2.2.3–2.2.4",
+    notebook=VOTE,
+    claim="The band grows from the strongest cell; where perpendiculars to it meet, cameras go.",
+    finding="Every directed cell votes, as in the thesis's experiment; the band and its thinned "
+    "line are drawn to show what would vote in their place.",
+)
+def path_band(scene, grid, placed):
+    """Figure 2.6: (a) the band and its growth, (b) votes, (c) the places."""
+    figure, axes = plt.subplots(3, 1, figsize=(7.5, 10.5))
+    order = cells.grow_band(placed.cells)
+    for ax, name in zip(axes, ("(a) path band", "(b) votes", "(c) places"), strict=True):
+        plotting.plot_ground(grid.area, walls=scene.walls, ax=ax)
+        ax.set_title(name)
+    image = plotting.plot_band(grid, order, cells.thin(order >= 0), ax=axes[0])
+    figure.colorbar(image, ax=axes[0], label="joined in step", shrink=0.8)
+    axes[0].legend(loc="lower right")
+    plotting.plot_votes(grid, placed.votes, ax=axes[1])
+    draw_cells(grid, placed.cells, ax=axes[2])
+    axes[2].plot(
+        placed.places[X], placed.places[Y], "^", ms=12, color=plotting.UPPER, mec="white", ls=""
+    )
+    return figure
+
+
+@_figure(
+    "2.10",
+    "A cell and its histogram",
+    section="2.3",
+    notebook=VOTE,
+    claim="A cell with 15 walks whose angles agree is given their direction.",
+    finding="The cell whose number of walks is nearest to 15 (its title says how many); no bin "
+    "(grey) but the highest (red) and its neighbours (blue) reaches 0.8 of the highest.",
+)
+def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
+    """Figure 2.10: a directed cell with about so many walks."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), width_ratios=(1, 1.5))
+    counts = np.where(placed.cells.directed, placed.cells.histograms.sum(axis=2), -(10**6))
+    cell = np.unravel_index(int(np.abs(counts - walks).argmin()), counts.shape)
+    _draw_cell(scene, grid, cell, ax=left)
+    left.set_title(f"cell ({cell[0]}, {cell[1]})")
+    plotting.plot_histogram(
+        placed.cells.histograms[cell],
+        chaos_ratio=chaos_ratio,
+        title=f"{counts[cell]} walks",
+        ax=right,
+    )
+    return figure
+
+
+@_figure(
+    "2.11",
+    "The mesh of votes and its humps",
+    section="2.3",
+    notebook=VOTE,
+    claim="Two humps, at grid cells (4, 4) and (5, 18), are the places for two cameras.",
+    ids=("placement.corridor.humps", "placement.corridor.hump_error_m"),
+)
+def mesh(scene, grid, placed):
+    """Figure 2.11: votes as a mesh, and the same from above."""
+    figure = plt.figure(figsize=(12, 4.4))
+    figure.get_layout_engine().set(wspace=0.12)  # the mesh's own label takes no room
+    left = figure.add_subplot(1, 2, 1, projection="3d")
+    plotting.plot_mesh(grid, placed.votes, humps=placed.humps, ax=left)
+    right = figure.add_subplot(1, 2, 2)
+    plotting.plot_ground(grid.area, walls=scene.walls, ax=right)
+    plotting.plot_votes(grid, placed.votes, humps=placed.humps, ax=right)
+    right.legend(loc="upper right")
+    return figure
+
+
+@_figure(
+    "votes-on-real-people",
+    "Votes of real people",
+    notebook=VOTE,
+    claim="What do the votes say where people walk as they like?",
+    ids=("placement.pets.humps",),
+)
+def real_votes(scene, grid, placed):
+    """Traces, cells and votes of a real scene."""
+    figure, axes = plt.subplots(1, 3, figsize=(12, 4.2))
+    for ax, name in zip(axes, ("traces", "cells (shaded: chaos)", "votes"), strict=True):
+        plotting.plot_ground(grid.area, walls=scene.walls, ax=ax)
+        ax.set_title(name)
+    plotting.plot_traces(scene.traces, ax=axes[0])
+    draw_cells(grid, placed.cells, ax=axes[1])
+    plotting.plot_votes(grid, placed.votes, humps=placed.humps, ax=axes[2])
+    axes[2].legend(loc="upper right")
+    for ax in axes[1:]:
+        ax.set_ylabel("")
+    return figure
+
+
+def draw_cells(grid, directed, *, ax):
+    """The kinds and directions of cells."""
+    return plotting.plot_cells(
+        grid,
+        directed.kind,
+        directed.angle,
+        magnitude=directed.magnitude,
+        no_locus=NO_LOCUS,
+        directed=DIRECTED,
+        chaos=CHAOS,
+        ax=ax,
+    )
+
+
+def _draw_cell(scene, grid, cell, *, ax):
+    """The traces of one cell, as pixels of the map see it."""
+    x, y = grid.place_of(*cell)
+    half = grid.cell / 2
+    area = (x - half, y - half, x + half, y + half)
+    plotting.plot_ground(area, ax=ax)
+    edges = np.arange(9) * grid.pixel
+    ax.vlines(area[0] + edges, area[1], area[3], color=plotting.PALE, lw=0.4)
+    ax.hlines(area[1] + edges, area[0], area[2], color=plotting.PALE, lw=0.4)
+    near = (np.abs(scene.traces[X] - x) < 3 * half) & (np.abs(scene.traces[Y] - y) < 3 * half)
+    near = scene.traces[TRACE].isin(scene.traces[TRACE][near])
+    if near.any():
+        plotting.plot_traces(scene.traces[near], alpha=0.8, ax=ax)
+    ax.set(xlabel="", ylabel="", xticks=[], yticks=[])
+    for spine in ax.spines.values():
+        spine.set(visible=True, color=plotting.PALE)
+
+
+@_figure(
+    "plans",
+    "Four ways to place the same cameras",
+    notebook=EXACT,
+    claim="Where do votes, ground seen, greed and proof put the cameras?",
+    finding="Green walker-seconds are seen square-on by some camera. Whoever maximises ground sees "
+    "the corridor along its length.",
+)
+def plans(site, chosen):
+    """One map a method: its cameras, and the walker-seconds they see square-on.
+
+    Parameters
+    ----------
+    site : siting.Site
+    chosen : dict
+        Method → (cameras, share, served walker-seconds).
+    """
+    columns = 2
+    rows = -(-len(chosen) // columns)
+    left, bottom, right, top = site.grid.area
+    height = 5.2 * (top - bottom) / (right - left) + 0.7
+    figure, axes = plt.subplots(rows, columns, figsize=(11, rows * height), squeeze=False)
+    for ax, (method, (cameras, share, served)) in zip(axes.flat, chosen.items(), strict=False):
+        plotting.plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
+        plotting.plot_served(site.targets, served, ax=ax)
+        plotting.plot_cameras(cameras, site.model, method=method, cones=not site.model.pans, ax=ax)
+        ax.set_title(f"{method}: {share:.0%} of walker-seconds")
+    plotting.served_legend(axes.flat[0])
+    for ax in axes.flat[len(chosen) :]:
+        ax.axis("off")
+    return figure
+
+
+@_figure(
+    "price-of-voting",
+    "The price of voting",
+    notebook=EXACT,
+    claim="How much less do voted cameras see, of people whom no method has seen?",
+    ids=(
+        "placement.corridor.price_of_voting",
+        "placement.pets.price_of_voting",
+        "placement.price_of_voting",
+        "placement.corridor.votes.square_on",
+        "placement.corridor.exact.square_on",
+        "placement.pets.votes.square_on",
+        "placement.pets.exact.square_on",
+    ),
+)
+def price_of_voting(shares):
+    """Held-out shares of every method on every scene, with intervals over walkers."""
+    scenes = shares["scene"].nunique()
+    figure, ax = plt.subplots(figsize=(9, 1.6 + 0.62 * scenes))
+    plotting.plot_shares(shares, ax=ax)
+    return figure
+
+
+@_figure(
+    "how-many-cameras",
+    "How many cameras?",
+    notebook=EXACT,
+    claim="What does one more camera add? How many see 60 % of what they were chosen from?",
+    ids=("placement.corridor.fewest_for_0.6",),
+)
+def how_many(tables, *, required):
+    """Held-out share against the number of cameras, one panel a scene.
+
+    Parameters
+    ----------
+    tables : dict
+        Scene → table from `siting.shares_by_number`.
+    required : float
+        The share drawn as a line.
+    """
+    figure, axes = plt.subplots(1, len(tables), figsize=(5 * len(tables), 3.6), squeeze=False)
+    for ax, (scene, table) in zip(axes.flat, tables.items(), strict=True):
+        ax.axhline(required, color=plotting.INK, lw=1, ls=":")
+        for method, rows in table.groupby("method", sort=False):
+            style = {"color": plotting.CHOICE_COLOURS[method]}
+            ax.plot(
+                rows["cameras"],
+                rows["share"],
+                marker=plotting.CHOICE_MARKERS[method],
+                label=method,
+                **style,
+            )
+            low = rows["low"].fillna(rows["share"]).astype(float)
+            high = rows["high"].fillna(rows["share"]).astype(float)
+            ax.fill_between(rows["cameras"], low, high, alpha=0.12, lw=0, **style)
+        ax.set(
+            xlabel="cameras",
+            ylabel="held-out walker-seconds\nseen square-on (share)",
+            ylim=(0, 1),
+            xticks=sorted(table["cameras"].unique()),
+            title=scene,
+        )
+    for ax in axes.flat[1:]:
+        ax.set_ylabel("")
+    axes.flat[-1].legend(loc="lower right")
+    return figure
+
+
+@_figure(
+    "demands",
+    "Other demands on the same program",
+    notebook=EXACT,
+    claim="Places may be forbidden, cameras may cost, a gait may need two views.",
+    finding="Each is one more line in the integer program.",
+    ids=("placement.demands.largest_gap",),
+)
+def demands(site, variants):
+    """Exact choices under other demands, one map each.
+
+    Parameters
+    ----------
+    site : siting.Site
+    variants : dict
+        Title → (cameras, served walker-seconds, forbidden map or None).
+    """
+    left, bottom, right, top = site.grid.area
+    height = 5.2 * (top - bottom) / (right - left) + 0.7
+    rows = -(-len(variants) // 2)
+    figure, axes = plt.subplots(rows, 2, figsize=(11, rows * height), squeeze=False)
+    for ax, (title, (cameras, served, forbidden)) in zip(axes.flat, variants.items(), strict=False):
+        plotting.plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
+        if forbidden is not None:
+            plotting.plot_forbidden(site.grid, forbidden, ax=ax)
+        plotting.plot_served(site.targets, served, ax=ax)
+        plotting.plot_cameras(cameras, site.model, method="exact", cones=False, ax=ax)
+        ax.set_title(title)
+    for ax in axes.flat[len(variants) :]:
+        ax.axis("off")
+    return figure
+
+
+@_figure(
+    "master-and-slaves",
+    "Master and slaves",
+    notebook=EXACT,
+    claim="The overhead camera wakes the cameras and tells them how fast to pan (section 2.2.5).",
+    ids=(
+        "control.corridor.awake_share",
+        "control.corridor.square_share",
+        "control.corridor.turning_share",
+        "control.corridor.lagging_share",
+    ),
+)
+def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
+    """Which camera is awake when, how fast each must pan, and what a slower one loses.
+
+    Parameters
+    ----------
+    watch : control.Watch
+    limits, lost : array_like
+        Pan limits (degrees a second), and the share of the watchable time lost at each.
+    seconds : (float, float), optional
+        The part of the time that is drawn.
+    """
+    figure = plt.figure(figsize=(11, 5.4))
+    grid = figure.add_gridspec(2, 2, height_ratios=(1, 1.5))
+    top, left, right = (
+        figure.add_subplot(grid[at]) for at in (np.s_[0, :], np.s_[1, 0], np.s_[1, 1])
+    )
+    time = watch.table[FRAME] / watch.frame_rate
+    shown = watch.table[(time >= seconds[0]) & (time <= seconds[1])]
+    plotting.plot_timeline(shown, watch.frame_rate, cameras=len(watch.cameras), ax=top)
+    top.set(xlim=seconds, title="awake")
+    needed = np.abs(watch.table["needed"][watch.table["awake"]])
+    left.hist(needed, bins=40, color=plotting.LOWER)
+    left.set(xlabel="pan rate that the walker asks for (degrees a second)")
+    left.set_yscale("log" if len(needed) else "linear")
+    left.set_ylabel("camera frames")
+    right.plot(limits, lost, "o-", color=plotting.LOWER)
+    right.set(xlabel="pan limit (degrees a second)", ylabel="time lost turning or lagging (share)")
+    right.set_ylim(0, None)
+    return figure

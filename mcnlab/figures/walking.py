@@ -1,0 +1,469 @@
+"""The figures of chapter 3, motion: from boxes to one of eight directions."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from mcnlab import plotting
+from mcnlab.compass import DIRECTIONS
+from mcnlab.datasets.mirror import SUFFIX
+from mcnlab.errors import ArgumentError, SilhouetteError
+from mcnlab.figures.registry import MIRROR, SEPARATE, START, TRACE
+from mcnlab.figures.registry import figure as _figure
+from mcnlab.tables import FRAME, SEQUENCE, SUBJECT, H, W
+from mcnlab.vision.silhouettes import close_gaps, find_body, rectify_with_flow
+from mcnlab.walking import phase
+from mcnlab.walking.direction import LinearSeparators, group_of
+from mcnlab.walking.evaluation import truth_of
+
+
+@_figure(
+    "3.2",
+    "Eight directions of motion",
+    section="3.2.1",
+    notebook=START,
+    claim="Eight directions, 45° apart, are enough to foresee occlusion.",
+    finding="Numbered clockwise from away; the figure itself is lost, the tables agree with "
+    "this reading.",
+)
+def directions():
+    """Figure 3.2."""
+    figure, ax = plt.subplots(figsize=(5, 5))
+    plotting.plot_directions(ax)
+    return figure
+
+
+@_figure(
+    "mirror",
+    "Mirroring makes eight directions out of six",
+    notebook=MIRROR,
+    claim="320 videos, 40 in each direction, by mirroring the 45° walks (section 3.1).",
+    finding="Two walks a subject and direction, 16 videos a subject, as in the thesis; how many "
+    "subjects depends on the data at hand.",
+    ids=("casia-a.videos", "casia-a.videos_per_direction"),
+)
+def mirroring(recording, mirrored):
+    """Videos a direction before and after mirroring, and one walk beside its mirror image."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(1, 1.2))
+    before = np.bincount(truth_of(recording), minlength=9)[1:]
+    after = np.bincount(truth_of(mirrored), minlength=9)[1:]
+    colours = [plotting.colour_of(direction) for direction in DIRECTIONS]
+    left.bar(DIRECTIONS, after, color="white", edgecolor=colours, hatch="///", label="mirrored")
+    left.bar(DIRECTIONS, before, color=colours, label="filmed")
+    left.set(xlabel="direction", ylabel="videos", xticks=DIRECTIONS, title="Videos a direction")
+    left.set_ylim(0, 1.25 * after.max())
+    left.legend(loc="upper right", ncols=2)
+    copy = sorted(mirrored.copies)[0]
+    original = copy.removesuffix(SUFFIX)
+    for name in (original, copy):
+        plotting.plot_boxes(
+            mirrored.sequence(name),
+            frame_width=mirrored.frame_width,
+            frame_height=mirrored.frame_height,
+            every=12,
+            direction=int(mirrored.directions[name]),
+            ax=right,
+        )
+    right.axvline((mirrored.frame_width - 1) / 2, color=plotting.INK, lw=0.8, ls=":")
+    right.set_title(f"{original} and its mirror image")
+    return figure
+
+
+@_figure(
+    "3.3",
+    "How a walker's box changes",
+    section="3.2.1",
+    notebook=TRACE,
+    claim="Size and place of the box together make a pattern that is unique to each direction.",
+    finding="Left and right differ in place only: their sizes are mirror images.",
+)
+def box_patterns(recording, *, subject=None):
+    """Figure 3.3: boxes in each of the eight directions, of one subject if given."""
+    figure, axes = plt.subplots(2, 4, figsize=(11, 4.4))
+    for direction, ax in zip(DIRECTIONS, axes.flat, strict=True):
+        plotting.plot_boxes(
+            example_walk(recording, direction, subject=subject),
+            frame_width=recording.frame_width,
+            frame_height=recording.frame_height,
+            every=10,
+            direction=direction,
+            ax=ax,
+        )
+    return figure
+
+
+@_figure(
+    "3.4",
+    "Height against frame number",
+    section="3.2.1",
+    notebook=TRACE,
+    claim="Height stays level across the view, grows toward the camera and shrinks away from it.",
+    finding="So it does, with a ripple of a few pixels at every step.",
+)
+def height_curves(recording, *, subject=None):
+    """Figure 3.4: four directions."""
+    return _curves(recording, H, subject)
+
+
+@_figure(
+    "3.5",
+    "Width against frame number",
+    section="3.2.1",
+    notebook=TRACE,
+    claim="Across the view, width swings with the legs at regular intervals.",
+    finding="It swings in every oblique view too, and hides the slope that it is to show.",
+)
+def width_curves(recording, *, subject=None):
+    """Figure 3.5: four directions."""
+    return _curves(recording, W, subject)
+
+
+@_figure(
+    "3.6",
+    "Frame rectification and removal of unwanted blobs",
+    section="3.2.1 (a)",
+    notebook=TRACE,
+    claim="The largest connected component is the subject; optical flow mends the segmentation.",
+    finding="The largest component alone loses heads and legs; fragments in one column with it "
+    "are kept here, and the flow's vote brings back what is lost for a frame or two.",
+)
+def rectified_frames(first, second):
+    """Figure 3.6: two sequences of masks as they come, and mended."""
+    figure, axes = plt.subplots(4, 5, figsize=(11, 6.6))
+    for masks, rows, name in ((first, axes[:2], "sequence 1"), (second, axes[2:], "sequence 2")):
+        mended = rectify_with_flow(masks)
+        for index, raw, clean in zip(_measurable(mended, 5), *rows, strict=True):
+            plotting.plot_mask(masks[index], title=f"{name}, frame {index + 1}", ax=raw)
+            plotting.plot_mask(find_body(mended[index]).mask, title="mended", ax=clean)
+    return figure
+
+
+@_figure(
+    "3.7",
+    "Morphological operations and tracking",
+    section="3.2.1 (b)",
+    notebook=TRACE,
+    claim="A box fitted to the mended silhouette follows the subject.",
+    finding="Direction 6: what is no body removed and gaps closed above, boxed below.",
+)
+def tracked_frames(masks):
+    """Figure 3.7: noise removed and closed above, boxed below."""
+    figure, axes = plt.subplots(2, 5, figsize=(11, 3.5))
+    for index, above, below in zip(_measurable(masks, 5), *axes, strict=True):
+        body = find_body(masks[index])
+        closed = close_gaps(body.mask)
+        plotting.plot_mask(closed, title=f"frame {index + 1}", ax=above)
+        plotting.plot_mask(closed, box=(body.x, body.y, body.w, body.h), ax=below)
+    return figure
+
+
+@_figure(
+    "3.8",
+    "Envelope over the plot",
+    section="3.2.1 (c)",
+    notebook=TRACE,
+    claim="Maxima and minima of a gait cycle bound the curve between two lines.",
+    finding="They are regressions: the extrema scatter about them, and single ones lie outside.",
+)
+def envelope(walk, **thresholds):
+    """Figure 3.8."""
+    figure, ax = plt.subplots()
+    plotting.plot_phase(
+        _phase(walk, W, thresholds), dimension="w", parts=("extrema", "envelope"), ax=ax
+    )
+    return figure
+
+
+@_figure(
+    "3.9",
+    "Detection and removal of soft extrema",
+    section="3.2.1 (c)",
+    notebook=TRACE,
+    claim="A maximum below the regression line, or a minimum above it, is misplaced.",
+    finding="The rule drops ripples on the wrong side of the regression line.",
+)
+def soft_extrema(walk, **thresholds):
+    """Figure 3.9: (a) with soft extrema, (b) without."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    found = _phase(walk, W, thresholds)
+    for ax, parts, title in zip(
+        axes,
+        (("extrema", "soft", "trend"), ("extrema", "trend")),
+        ("(a) with soft extrema", "(b) without"),
+        strict=True,
+    ):
+        plotting.plot_phase(found, dimension="w", parts=parts, ax=ax)
+        ax.set_title(title)
+    return figure
+
+
+@_figure(
+    "3.10",
+    "Envelope and average line",
+    section="3.2.1 (c)",
+    notebook=TRACE,
+    claim="The line midway between the two envelope lines is the walk's phase.",
+    finding="Drawn as defined; its slope is m_w here.",
+)
+def average_line(walk, **thresholds):
+    """Figure 3.10: (a) envelope, (b) the average line with it."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    found = _phase(walk, W, thresholds)
+    plotting.plot_phase(found, dimension="w", parts=("extrema", "envelope"), ax=axes[0])
+    plotting.plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=axes[1])
+    axes[0].set_title("(a) envelope")
+    axes[1].set_title("(b) average line: the phase")
+    return figure
+
+
+@_figure(
+    "3.11",
+    "Near and far in one direction",
+    section="3.2.1 (d)",
+    notebook=TRACE,
+    claim="Distance changes the span of the graph but not its phase.",
+    finding="True where the phase is about zero, as in direction 3; elsewhere the slope grows "
+    "with nearness (see the slope figure).",
+)
+def near_and_far(recording, **thresholds):
+    """Figure 3.11: the tallest and the smallest walker in direction 3."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    mean = recording.boxes.groupby(SEQUENCE, sort=False)[H].mean()
+    right = mean[recording.directions[mean.index] == 3]
+    for ax, name, title in zip(
+        axes, (right.idxmax(), right.idxmin()), ("(a) closer", "(b) farther"), strict=True
+    ):
+        found = _phase(recording.sequence(name), W, thresholds)
+        plotting.plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=ax)
+        ax.set_title(f"{title}: {name}, {mean[name]:.0f} pixels tall")
+    return figure
+
+
+@_figure(
+    "3.12",
+    "Directions by height",
+    section="3.2.1 (e)",
+    notebook=SEPARATE,
+    claim="Best-fitting linear separators on m_h tell the direction in 93.75 % of 320 videos.",
+    ids=("direction.height.phase5.resubstitution", "direction.height.phase5.loso"),
+)
+def phases_by_height(recording, measured):
+    """Figure 3.12: m_h against video."""
+    return _phase_figure(recording, measured["m_h"], "m_h, slope of height (pixels a frame)")
+
+
+@_figure(
+    "3.13",
+    "Directions by width",
+    section="3.2.1 (e)",
+    notebook=SEPARATE,
+    claim="Best-fitting linear separators on m_w tell the direction in 83.75 % of 320 videos.",
+    ids=("direction.width.phase5.resubstitution", "direction.width.phase5.loso"),
+)
+def phases_by_width(recording, measured):
+    """Figure 3.13: m_w against video."""
+    return _phase_figure(recording, measured["m_w"], "m_w, slope of width (pixels a frame)")
+
+
+@_figure(
+    "thresholds",
+    "What the rules for extrema could have given",
+    notebook=SEPARATE,
+    claim="The thesis names no rule for extrema. Does some rule reach its accuracies?",
+    ids=("direction.height.phase5.best_of_sweep", "direction.width.phase5.best_of_sweep"),
+)
+def thresholds(sweep, claims):
+    """Resubstitution against prominence, one line a spacing and soft rule.
+
+    Parameters
+    ----------
+    sweep : pandas.DataFrame
+        From `evaluation.sweep_thresholds`.
+    claims : dict
+        ``height`` and ``width``: the thesis's accuracies.
+    """
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
+    shades = dict(
+        zip(sorted(sweep["spacing"].unique()), ("#14213d", "#1d5fa8", "#8fb4dd"), strict=False)
+    )
+    for ax, (name, claim) in zip(axes, claims.items(), strict=True):
+        for (rule, spacing), rows in sweep.groupby(["soft_rule", "spacing"]):
+            ax.plot(
+                rows["prominence"],
+                rows[name],
+                color=shades.get(spacing, plotting.PALE),
+                ls="-" if rule == "line" else ":",
+                marker="o",
+                ms=3,
+                label=f"{'drop' if rule == 'line' else 'keep'} soft, spacing {spacing}",
+            )
+        ax.axhline(claim, color=plotting.UPPER, ls="--", label="thesis")
+        ax.set(xlabel="prominence (pixels)", title=f"{name}: the thesis has {claim}")
+    axes[0].set_ylabel("groups right by resubstitution (share)")
+    axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+@_figure(
+    "growth",
+    "The relative growth of height",
+    notebook=SEPARATE,
+    claim="Does a phase that does not depend on distance separate the five groups better?",
+    ids=("direction.height-growth.phase5.loso",),
+)
+def phases_by_growth(recording, space):
+    """Relative growth against video, with its separators."""
+    return _phase_figure(recording, space["height_growth"], "relative growth of height (1/s)")
+
+
+@_figure(
+    "slope",
+    "Why the slope depends on distance",
+    notebook=SEPARATE,
+    claim="The thesis calls the slope distance-invariant (section 3.2.1 (d)).",
+    finding="It is not: in one direction a taller image means a steeper slope. The relative "
+    "growth depends on it less.",
+)
+def slope_and_distance(recording, measured, space):
+    """Raw slope and relative growth against mean box height, walks along the view."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4))
+    mean = recording.boxes.groupby(SEQUENCE, sort=False)[H].mean()
+    truth = truth_of(recording)
+    for ax, values, label in (
+        (axes[0], measured["m_h"], "m_h (pixels a frame)"),
+        (axes[1], space["height_growth"], "relative growth of height (1/s)"),
+    ):
+        for direction in DIRECTIONS:
+            at = truth == direction
+            ax.plot(
+                mean.to_numpy()[at],
+                values.to_numpy()[at],
+                ls="",
+                color=plotting.colour_of(direction),
+                marker=plotting.marker_of(direction),
+            )
+        ax.set(xlabel="mean box height (pixels)", ylabel=label)
+    plotting.group_legend(axes[1])
+    axes[0].set_title("slope: fans out with nearness")
+    axes[1].set_title("relative growth: less so")
+    return figure
+
+
+@_figure(
+    "phase-space",
+    "Eight directions in the phase space",
+    notebook=SEPARATE,
+    claim="Can linear separators tell all eight directions, left and right included?",
+    ids=("direction.phase-space.direction8.loso",),
+)
+def phase_space(recording, space):
+    """Sideways speed against relative growth."""
+    figure, ax = plt.subplots(figsize=(8, 5))
+    plotting.plot_phase_space(space, truth_of(recording, space.index), ax=ax)
+    return figure
+
+
+@_figure(
+    "walkers",
+    "Synthetic walkers beside real ones",
+    notebook=START,
+    claim="Are the walkers that we can make like those that were filmed?",
+    finding="Made walkers in colour over every real walk of that direction in grey.",
+)
+def walkers(made, recording, real=None):
+    """Synthetic silhouettes (and real ones if given) over their height and width curves.
+
+    Parameters
+    ----------
+    made : list of SyntheticWalk
+        One a direction.
+    recording : Recording
+        Real walks.
+    real : list of ndarray, optional
+        Real masks of the same directions.
+    """
+    rows = [(walk.masks, f"made, direction {walk.direction}") for walk in made]
+    if real is not None:
+        pairs = zip(real, made, rows, strict=True)
+        rows = [
+            row
+            for masks, walk, row_made in pairs
+            for row in ((masks, f"real, direction {walk.direction}"), row_made)
+        ]
+    figure = plt.figure(figsize=(11, 1.75 * len(rows) + 2.8))
+    above, below = figure.subfigures(2, 1, height_ratios=(1.75 * len(rows), 2.8))
+    axes = above.subplots(len(rows), 5, squeeze=False)
+    for (masks, name), line in zip(rows, axes, strict=True):
+        for index, ax in zip(np.linspace(4, len(masks) - 5, 5).astype(int), line, strict=True):
+            plotting.plot_mask(masks[index], ax=ax)
+        line[0].set_ylabel(name, fontsize=8)
+    for walk, ax in zip(made, below.subplots(1, len(made)), strict=True):
+        colour = plotting.colour_of(walk.direction)
+        names = recording.directions.index[recording.directions == walk.direction]
+        for name in names:
+            boxes = recording.sequence(name)
+            time = (boxes[FRAME] - boxes[FRAME].iloc[0]) / recording.frame_rate
+            for dimension in (H, W):
+                ax.plot(time, boxes[dimension], color=plotting.PALE, lw=0.6)
+        time = np.arange(len(walk.truth)) / walk.walk.frame_rate
+        for dimension, style in ((H, "-"), (W, "--")):
+            ax.plot(time, walk.truth[dimension], color=colour, ls=style, lw=2)
+        ax.set(xlabel="time (s)", title=f"direction {walk.direction}", ylim=(0, None))
+    below.axes[0].set_ylabel("height (solid),\nwidth (dashed), pixels")
+    return figure
+
+
+def example_walk(recording, direction, *, subject=None):
+    """The boxes of one walk in a direction: the subject's, or the first there is.
+
+    Raises
+    ------
+    ArgumentError
+        When nobody walks that way.
+    """
+    names = recording.directions.index[recording.directions == direction]
+    if subject is not None:
+        names = [name for name in names if recording.subjects[name] == subject]
+    if len(names) == 0:
+        raise ArgumentError(
+            f"direction is {direction}: no such walk"
+            + (f" of subject {subject!r}" if subject else "")
+            + f" in {recording.name}; pass another."
+        )
+    return recording.sequence(names[0])
+
+
+def _measurable(masks, count):
+    """Frames with one walker in them, evenly spread."""
+    sound = []
+    for index, mask in enumerate(masks):
+        try:
+            find_body(mask)
+        except SilhouetteError:
+            continue
+        sound.append(index)
+    if len(sound) < count:
+        raise ArgumentError(f"masks show one walker in {len(sound)} frames; {count} are drawn.")
+    places = np.linspace(0.04, 0.96, count) * (len(sound) - 1)
+    return [sound[round(place)] for place in places]
+
+
+def _curves(recording, dimension, subject):
+    figure, ax = plt.subplots()
+    walks = {
+        direction: example_walk(recording, direction, subject=subject) for direction in (1, 3, 4, 5)
+    }
+    plotting.plot_curves(walks, dimension, ax=ax)
+    ax.set_title(f"subject {walks[3][SUBJECT].iloc[0]}")
+    return figure
+
+
+def _phase(walk, dimension, thresholds):
+    return phase.measure_phase(walk[FRAME].to_numpy(), walk[dimension].to_numpy(), **thresholds)
+
+
+def _phase_figure(recording, values, label):
+    truth = truth_of(recording)
+    separators = LinearSeparators().fit(values.to_numpy(), group_of(truth))
+    figure, ax = plt.subplots(figsize=(9, 4.8))
+    plotting.plot_phases(values, truth, separators=separators, label=label, ax=ax)
+    return figure

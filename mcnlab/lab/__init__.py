@@ -1,0 +1,1 @@
+"""The laboratory: re-running the notebooks, the report, and measuring what is bundled."""

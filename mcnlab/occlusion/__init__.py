@@ -1,0 +1,1 @@
+"""Occlusion foreseen: the thesis's tables and equations, pairs, forecasters, scores."""

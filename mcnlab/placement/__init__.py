@@ -1,0 +1,1 @@
+"""Where cameras go: cells, votes, coverage, exact choice (thesis chapter 2)."""

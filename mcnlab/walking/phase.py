@@ -1,0 +1,251 @@
+"""The thesis's phase of a walk: the slope of a box's height or width over time.
+
+Section 3.2.1 (c) and (d): curve → extrema → soft extrema dropped → envelope → mean line.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.signal import find_peaks
+
+from mcnlab import tables
+from mcnlab.checks import require_choice, require_number
+from mcnlab.errors import ArgumentError
+from mcnlab.regression import Line, fit_line, fit_lines_robust
+from mcnlab.tables import FRAME, SEQUENCE, H, W
+
+PROMINENCE = 1.0  # pixels: the least rise that makes an extremum; the thesis gives none
+SPACING = 5  # frames between like extrema, under half a step at 25 frames a second
+SOFT_RULES = ("line", "keep")
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What the thesis draws over one curve.
+
+    Attributes
+    ----------
+    frames, curve : ndarray, shape (n,)
+        Frame numbers and the dimension, pixels.
+    maxima, minima : ndarray of int
+        Positions of the extrema that are kept.
+    soft : ndarray of int
+        Positions of the soft extrema that were dropped.
+    trend : Line
+        Regression over the whole curve, by which extrema are soft or not.
+    upper, lower : Line
+        The envelope: regressions over the maxima and over the minima.
+    mean : Line
+        The phase: the line midway between the two.
+    complete : bool
+        False where fewer than two maxima or minima were left, so that the trend stands
+        in for the missing side of the envelope (the thesis does not say what then).
+    """
+
+    frames: np.ndarray
+    curve: np.ndarray
+    maxima: np.ndarray
+    minima: np.ndarray
+    soft: np.ndarray
+    trend: Line
+    upper: Line
+    lower: Line
+    mean: Line
+    complete: bool
+
+
+def find_extrema(curve, *, prominence=PROMINENCE, spacing=SPACING):
+    """Positions of the maxima and the minima of a curve.
+
+    Parameters
+    ----------
+    curve : array_like, shape (n,)
+    prominence : float, optional
+        The least height of an extremum over its surroundings, in the curve's unit.
+    spacing : int, optional
+        The least distance between two maxima or two minima, samples.
+
+    Returns
+    -------
+    maxima, minima : ndarray of int
+        A plateau counts once, at its middle.
+
+    Raises
+    ------
+    ArgumentError
+        When the curve is not a finite sequence, or a threshold is out of range.
+    """
+    curve = np.asarray(curve, dtype=float)
+    if curve.ndim != 1 or not np.isfinite(curve).all():
+        raise ArgumentError(
+            f"curve has shape {curve.shape} or values that are not finite; pass one finite "
+            "number a frame."
+        )
+    prominence, spacing, _ = _check_thresholds(prominence, spacing, SOFT_RULES[0])
+    return _find_extrema(curve, prominence, spacing)
+
+
+def _find_extrema(curve, prominence, spacing):
+    # find_peaks needs a prominence above zero to leave plateaus of the whole curve out.
+    options = {"prominence": max(prominence, 1e-9), "distance": spacing}
+    return find_peaks(curve, **options)[0], find_peaks(-curve, **options)[0]
+
+
+def find_soft(frames, curve, maxima, minima, trend):
+    """Which extrema are soft: a maximum below the trend line, a minimum above it.
+
+    Returns
+    -------
+    soft_maxima, soft_minima : ndarray of bool
+        One flag an extremum (thesis 3.2.1 (c), Figure 3.9).
+    """
+    line = trend.at(frames)
+    return curve[maxima] < line[maxima], curve[minima] > line[minima]
+
+
+def measure_phase(frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line"):
+    """The phase of one curve, as the thesis finds it.
+
+    Parameters
+    ----------
+    frames : array_like, shape (n,)
+        Frame numbers, rising.
+    curve : array_like, shape (n,)
+        Box height or width, pixels.
+    prominence, spacing : optional
+        As in `find_extrema`.
+    soft_rule : {"line", "keep"}, optional
+        Drop the soft extrema by the trend line, as the thesis does, or keep all.
+
+    Returns
+    -------
+    Phase
+
+    Raises
+    ------
+    ArgumentError
+        When there are fewer than three frames, or an argument is out of range.
+    """
+    frames, curve = np.asarray(frames, dtype=float), np.asarray(curve, dtype=float)
+    if frames.ndim != 1 or frames.shape != curve.shape or len(frames) < 3:
+        raise ArgumentError(
+            f"frames has shape {frames.shape} and curve {curve.shape}; a phase needs one value "
+            "a frame, three frames or more."
+        )
+    if not np.isfinite(frames).all() or (np.diff(frames) <= 0).any():
+        raise ArgumentError("frames must be finite and rise; sort them and drop repeated ones.")
+    if not np.isfinite(curve).all():
+        raise ArgumentError("curve holds values that are not finite; drop those frames.")
+    return _find_phase(frames, curve, *_check_thresholds(prominence, spacing, soft_rule))
+
+
+def _check_thresholds(prominence, spacing, soft_rule):
+    return (
+        require_number("prominence", prominence, low=0, unit="pixels"),
+        require_number("spacing", spacing, low=1, unit="frames"),
+        require_choice("soft_rule", soft_rule, SOFT_RULES),
+    )
+
+
+def _find_phase(frames, curve, prominence, spacing, soft_rule):
+    """`measure_phase` of what was checked before."""
+    maxima, minima = _find_extrema(curve, prominence, spacing)
+    trend = fit_line(frames, curve)
+    soft = np.zeros(0, int)
+    if soft_rule == "line":
+        soft_maxima, soft_minima = find_soft(frames, curve, maxima, minima, trend)
+        soft = np.sort(np.r_[maxima[soft_maxima], minima[soft_minima]])
+        maxima, minima = maxima[~soft_maxima], minima[~soft_minima]
+    upper, lower = (
+        fit_line(frames[at], curve[at]) if len(at) >= 2 else trend for at in (maxima, minima)
+    )
+    mean = Line((upper.slope + lower.slope) / 2, (upper.intercept + lower.intercept) / 2)
+    complete = len(maxima) >= 2 and len(minima) >= 2
+    return Phase(frames, curve, maxima, minima, soft, trend, upper, lower, mean, complete)
+
+
+def measure_phases(
+    boxes, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line", dimensions=(H, W)
+):
+    """The thesis's phases of every walk.
+
+    Parameters
+    ----------
+    boxes : pandas.DataFrame
+        A box table.
+    prominence, spacing, soft_rule : optional
+        As in `measure_phase`.
+    dimensions : iterable of {"h", "w"}, optional
+        Which curves.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by sequence: ``m_h, c_h, m_w, c_w`` (slopes in pixels a frame, intercepts
+        in pixels) and ``complete_h, complete_w``.
+
+    Raises
+    ------
+    TableError, ArgumentError
+        When the table is not sound, or a walk has fewer than three frames.
+    """
+    tables.check_boxes(boxes)
+    frames = boxes[FRAME].to_numpy(float)
+    curves = {
+        require_choice("dimensions", key, (H, W)): boxes[key].to_numpy(float) for key in dimensions
+    }
+    thresholds = _check_thresholds(prominence, spacing, soft_rule)
+    rows, names = [], []
+    for name, at in tables.split_sequences(boxes):
+        if at.stop - at.start < 3:
+            raise ArgumentError(
+                f"boxes: sequence {name!r} has {at.stop - at.start} frame(s); a phase needs three."
+            )
+        row = {}
+        for key, curve in curves.items():
+            phase = _find_phase(frames[at], curve[at], *thresholds)
+            row[f"m_{key}"], row[f"c_{key}"] = phase.mean
+            row[f"complete_{key}"] = phase.complete
+        rows.append(row)
+        names.append(name)
+    return pd.DataFrame(rows, index=pd.Index(names, name=SEQUENCE))
+
+
+def relative_growth(time, curve, *, weights=None):
+    """How fast a curve grows, as a share of itself: d(log curve)/dt.
+
+    Twice as near, a walker is twice as tall in the image and grows twice as fast in
+    pixels; the share is the same when the scene is scaled.  That is the distance
+    invariance which section 3.2.1 claims for the raw slope.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Seconds.
+    curve : array_like, shape (..., n)
+        Positive values, pixels.
+    weights : array_like, shape (..., n), optional
+        0 leaves a frame out.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        1/s; 0.1 means 10 % taller each second.
+
+    Raises
+    ------
+    ArgumentError
+        When a value is not positive, or a curve does not span time.
+
+    Notes
+    -----
+    A robust line through log(curve).  A pixel of noise in the curve is 1/curve in its
+    logarithm, so frames are weighed by curve².
+    """
+    curve = np.asarray(curve, dtype=float)
+    if not (curve > 0).all():
+        raise ArgumentError("curve holds values that are not positive; a box has a size.")
+    weights = np.ones(curve.shape) if weights is None else np.asarray(weights, dtype=float)
+    line, _ = fit_lines_robust(time, np.log(curve), weights=weights * curve**2)
+    return line.slope

@@ -1,0 +1,44 @@
+"""Live panel: thresholds of optical flow."""
+
+import numpy as np
+
+from mcnlab import plotting
+from mcnlab.plotting import vision
+from mcnlab.vision import flow
+from mcnlab.widgets.panel import Panel, choices, decimal_slider, slider
+
+
+def flow_panel(frames):
+    """Horn and Schunck's weight, iterations and the speed threshold, on two frames.
+
+    Parameters
+    ----------
+    frames : (ndarray, ndarray)
+        Two grey frames of one size, one after the other.
+    """
+    first, second = frames
+    wheel = vision.colour_legend(48)
+
+    def draw(left, right, alpha, iterations, speed, pyramid):
+        if pyramid:
+            motion = flow.horn_schunck(first, second, alpha=alpha, iterations=iterations)
+        else:
+            motion = flow.horn_schunck_plain(first, second, alpha=alpha, iterations=iterations)
+        mask = flow.moving_mask(motion, speed=speed)
+        colours = vision.colour_flow(motion, largest=3.0)
+        plotting.plot_flow(colours, wheel, largest=3.0, ax=left)
+        plotting.plot_frame(255 - mask, ax=right)
+        return f"moving: <b>{np.mean(mask > 0):.1%}</b> of the pixels"
+
+    return Panel(
+        draw,
+        {
+            "alpha": decimal_slider("weight α (grey levels)", 1, 40, flow.ALPHA, step=1),
+            "iterations": slider("iterations", 5, 200, 20, step=5),
+            "speed": decimal_slider("speed (px a frame)", 0.1, 3, 0.5, step=0.1),
+            "pyramid": choices("flow", [("pyramid", True), ("one level, as in 1981", False)]),
+        },
+        columns=2,
+        figsize=(8, 2.9),
+        margins={"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.98, "wspace": 0.04},
+    )

@@ -1,0 +1,214 @@
+"""The occlusion figures show what was judged; the panel says what the tables say."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import re
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.patches import Rectangle
+
+from mcnlab import figures, widgets
+from mcnlab.figures.occlusion import draw_case
+from mcnlab.occlusion import composites, thesis, thesis_check
+from mcnlab.occlusion.composites import compose
+from mcnlab.synthetic.street import make_street
+from mcnlab.vision import recordings
+from mcnlab.widgets.occlusion import made_walker
+
+
+@pytest.fixture(scope="module")
+def sources():
+    """Composites of CASIA A, from the bundled table, and of the made street."""
+    casia = composites.compose_all(recordings.casia_a(), focal_length=450, shifts=[0])
+    street = composites.compose_all(make_street().recording, focal_length=450, shifts=[0])
+    return [casia, street]
+
+
+@pytest.fixture(scope="module")
+def judged(sources):
+    """The six cases."""
+    return thesis_check.judge_cases(sources)
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    """No figure outlives its test."""
+    yield
+    plt.close("all")
+
+
+def written(ax):
+    """What is written on axes, legend included."""
+    legend = [text.get_text() for text in ax.get_legend().get_texts()] if ax.get_legend() else []
+    return [text.get_text() for text in ax.texts] + legend
+
+
+@pytest.mark.parametrize("number", ["table-3.1", "table-3.2", "table-3.3"])
+def test_the_tables_are_drawn_cell_by_cell(number):
+    (ax,) = figures.draw(number).axes
+    said = written(ax)
+    if number == "table-3.1":
+        table = thesis.direction_table()
+        for code, name in {0: "0", 1: "1", 2: "P(O|S)"}.items():
+            headings = 1 if name == "1" else 0  # the column of direction 1
+            assert said.count(name) - headings == (table == code).sum()
+    else:
+        side = "right" if number == "table-3.2" else "left"
+        assert said.count("C") == thesis.speed_table(side).sum() == 3
+        assert said.count("0") == 6
+
+
+@pytest.mark.parametrize("number", ["3.14", "3.15"])
+def test_each_case_is_a_strip_of_three_frames(judged, sources, number):
+    own = judged[judged["figure"].str.startswith(number)].to_dict("records")
+    axes = np.reshape(figures.draw(number, judged, sources).axes, (-1, 3))
+    assert len(axes) == len(own)
+    for row, (start, decision, end) in zip(own, axes, strict=True):
+        assert start.get_title(loc="left") == f"{row['figure']}  {row['data']}, frame 1"
+        assert decision.get_title(loc="left") == f"frame {row['frame']}: the decision"
+        labels = [f"S{who}  D{row[f'direction{who}']}  V{row[f'level{who}']}" for who in (1, 2)]
+        assert [text for text in written(decision) if text.startswith("S")] == labels
+        happens = row["occludes"]
+        later = round((row["seconds"] if happens else row["left"]) * 25)
+        ending = "it happens" if happens else "the video ends"
+        assert end.get_title(loc="left") == f"frame {row['frame'] + later}: {ending}"
+        said = f"in {row['said_seconds']:.1f} s" if row["said"] else "no occlusion"
+        assert any("foreseen" in text and said in text for text in written(decision))
+        assert any("observed" in text for text in written(end)) == happens
+
+
+def test_boxes_are_drawn_where_the_walkers_are(judged, sources):
+    for row in judged.to_dict("records"):
+        recording = sources[row["source"]].recording
+        axes = plt.subplots(1, 3)[1]
+        draw_case(row, recording, axes)
+        both = compose(recording, row["first"], row["second"], shift=row["shift"])
+        drawn = {
+            (patch.get_x() + 0.5, patch.get_y() + 0.5, patch.get_width(), patch.get_height())
+            for patch in axes[0].patches
+            if isinstance(patch, Rectangle)
+        }
+        for name in both.sequences:
+            box = both.sequence(name).iloc[0]
+            assert (box["x"], box["y"], box["w"], box["h"]) in drawn
+        # Everything that is drawn of them lies in the part that is shown.
+        left, right = axes[1].get_xlim()
+        assert left <= row["x1"] < row["x2"] <= right
+        assert right - left <= recording.frame_width
+
+
+def test_silhouettes_are_painted_where_there_are_any(judged, sources):
+    painted = {}
+    for row in judged.to_dict("records"):
+        axes = plt.subplots(1, 3)[1]
+        draw_case(row, sources[row["source"]].recording, axes)
+        painted[row["figure"]] = [len(ax.images) for ax in axes]
+        for ax in axes:
+            for image in ax.images:
+                codes = np.unique(image.get_array())
+                assert {0, 1, 2} <= set(codes.tolist())
+    assert painted["3.14(a)"] == [0, 0, 0]  # without CASIA A's images
+    assert painted["3.15(c)"] == painted["3.15(d)"] == [1, 1, 1]
+
+
+def test_the_cell_shares_are_written_in_the_cells(sources):
+    counts = thesis_check.count_cells(sources[0])
+    left, right = figures.draw("table-errors", counts).axes
+    shown = np.reshape(written(left), (64, 2))[:, 0]
+    wrong = np.reshape(written(right), (64, 2))[:, 0]
+    corner = np.reshape(written(left), (64, 2))[:, 1]
+    for cell, share, miss, code in zip(counts.itertuples(), shown, wrong, corner, strict=True):
+        assert code == {0: "0", 1: "1", 2: "P"}[cell.printed]
+        if cell.n == 0:
+            assert share == miss == "–"
+        else:
+            assert int(share) == round(100 * cell.occluded / cell.n)
+            assert int(miss) == round(100 * (cell.n - cell.right) / cell.n)
+
+
+# The panel.
+
+
+@pytest.fixture
+def panel():
+    """The panel, as it begins."""
+    return widgets.occlusion_panel()
+
+
+MOVES = {"cell": (3, 3), "level1": 1, "level2": 2, "seconds": 2.0}
+
+
+def test_every_control_redraws_and_can_be_taken_back(panel):
+    assert set(MOVES) == set(panel.controls)
+    first = bytes(panel.picture.value), panel.text.value
+    assert first[0].startswith(b"\x89PNG")
+    for name, value in MOVES.items():
+        before = panel.controls[name].value
+        panel.controls[name].value = value
+        assert bytes(panel.picture.value) != first[0], name
+        assert "Error" not in panel.text.value
+        panel.controls[name].value = before
+        assert (bytes(panel.picture.value), panel.text.value) == first, name
+
+
+def test_a_pressed_cell_is_the_one_looked_at(panel):
+    picker = panel.controls["cell"]
+    picker._buttons[2, 6].click()
+    assert picker.value == (2, 6)
+    assert panel.text.value.startswith("S1 2 away-right, v3; S2 6 toward-left, v3")
+    framed = [cell for cell, button in picker._buttons.items() if button.layout.border_top]
+    assert framed == [(2, 6)]
+    assert len(picker._buttons) == 64
+
+
+@pytest.mark.parametrize(
+    ("cell", "levels", "said"),
+    [
+        ((3, 7), (3, 3), "1: certain occlusion"),
+        ((3, 3), (3, 1), "C: time and place decide"),
+        ((3, 3), (1, 1), "P(O|S), and by speed 0: no occlusion"),
+        ((7, 3), (3, 3), "0: no occlusion"),
+        ((8, 7), (1, 3), "C: time and place decide"),
+    ],
+)
+def test_the_panel_says_what_the_tables_say(panel, cell, levels, said):
+    panel.controls["cell"].value = cell
+    panel.controls["level1"].value, panel.controls["level2"].value = levels
+    assert f"<b>{said}</b>" in panel.text.value
+    assert ("t = " in panel.text.value) == said.startswith(("1", "C"))
+
+
+def test_the_panel_says_the_time_of_the_equations(panel):
+    panel.controls["cell"].value = (3, 3)
+    panel.controls["level2"].value = 1
+    one, two = (made_walker(x, 3, level) for x, level in ((0.35 * 352, 3), (0.65 * 352, 1)))
+    seconds = thesis.seconds_to_meet(two.x - one.x, one.pixels, two.pixels, same_way=True)
+    (said,) = re.findall(r"<b>([\d.]+) s</b>", panel.text.value)
+    assert float(said) == pytest.approx(float(seconds), abs=0.05)  # one decimal is said
+
+
+def test_the_clock_moves_the_walkers(panel):
+    axes = panel._axes[1]
+    panel.controls["seconds"].value = 2.0
+    walker = made_walker(0.35 * 352, 3, 3)
+    way = axes.lines[0].get_xydata()
+    np.testing.assert_allclose(way[0], [walker.x, walker.y])
+    np.testing.assert_allclose(way[1], [walker.x + 2 * walker.vx, walker.y])
+
+
+def test_moves_leave_nothing_behind(panel):
+    def held():
+        return [
+            [len(ax.lines), len(ax.texts), len(ax.patches), len(ax.images)] for ax in panel._axes
+        ]
+
+    first = held()
+    for name, value in list(MOVES.items()) * 2:
+        before = panel.controls[name].value
+        panel.controls[name].value = value
+        panel.controls[name].value = before
+    assert held() == first

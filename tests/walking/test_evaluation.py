@@ -1,0 +1,203 @@
+"""The judges, and the two promises that synthetic walkers can check: interval and noise."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mcnlab import statistics
+from mcnlab.cameras.camera import View
+from mcnlab.datasets.recording import Recording
+from mcnlab.errors import ArgumentError
+from mcnlab.synthetic.noise import SegmentationNoise
+from mcnlab.synthetic.shifts import make_motion
+from mcnlab.synthetic.walkers import make_walks
+from mcnlab.vision import flow
+from mcnlab.vision.evaluation import flow_errors, judge_traces
+from mcnlab.walking import heading
+from mcnlab.walking.evaluation import (
+    HARD_NOISE,
+    accuracy_under_noise,
+    calibration,
+    judge_headings,
+    judge_pets,
+    record_walks,
+    sample_sequences,
+    time_videos,
+)
+
+
+@pytest.fixture(scope="module")
+def walked():
+    """Synthetic people, sixteen walks each in all headings: (recording, true headings)."""
+    boxes, headings = [], {}
+    for seed in range(500, 540):
+        walks = make_walks(subjects=1, seed=seed, repeats=2, spread=22.5)
+        table = record_walks(walks, n_jobs=2).boxes
+        boxes.append(
+            table.assign(sequence=table["sequence"] + f"@{seed}", subject=f"subject {seed}")
+        )
+        headings |= {f"{walk.name}@{seed}": walk.heading for walk in walks}
+    view = View()
+    recording = Recording(
+        "synthetic", pd.concat(boxes, ignore_index=True), 25, view.frame_width, view.frame_height
+    )
+    return recording, headings
+
+
+def test_the_interval_of_a_walk_holds_the_heading_95_times_in_100(walked):
+    recording, true = walked
+    headings = heading.measure_headings(recording, focal_length=View().focal_length)
+    truth = headings["sequence"].map(true).to_numpy()
+    held = calibration(headings, truth, levels=[0.95])[0]
+    assert held.n == 640
+    assert 0.93 <= held.value <= 0.97
+
+
+@pytest.mark.parametrize("window", [25, 12])
+def test_the_interval_of_a_window_is_not_too_narrow(walked, window):
+    recording, true = walked
+    headings = heading.measure_headings(recording, focal_length=View().focal_length, window=window)
+    truth = headings["sequence"].map(true).to_numpy()
+    held = calibration(headings, truth, levels=[0.95])[0]
+    # Windows of one walk share its gait, and the shorter ones err on the careful side.
+    assert 0.93 <= held.value <= 0.99
+
+
+def test_the_closed_form_stands_hard_noise():
+    found = accuracy_under_noise([0, 1], subjects=4, seed=2, n_jobs=2)
+    assert found["perspective"][0].value == 1
+    assert found["perspective"][1].value >= 0.95
+    hard = HARD_NOISE
+    assert (hard.specks, hard.cut_limbs, hard.missing) == (20, 1, 0.05)
+
+
+def test_noise_that_hides_a_walker_counts_as_wrong():
+    blind = SegmentationNoise(occluder=(0, 0, 352, 240))
+    with pytest.raises(ArgumentError, match="turn it down"):
+        accuracy_under_noise([1], subjects=1, noise=blind, n_jobs=1)
+
+
+def test_judging_headings_by_hand():
+    boxes = make_walks(subjects=2, directions=(1, 3), seed=0)
+    recording = record_walks(boxes)
+    headings = pd.DataFrame(
+        {
+            "sequence": recording.sequences,
+            "heading": [350.0, 80.0, 30.0, 90.0],
+            "direction": [1, 3, 2, 3],
+        }
+    )
+    right, error, signed = judge_headings(recording, headings)
+    np.testing.assert_allclose(signed, [-10, -10, 30, 0])
+    assert right.value == 0.75
+    assert error.value == 12.5
+    assert error.n == 2
+
+
+def test_judging_pets_by_hand():
+    headings = pd.DataFrame(
+        {
+            "sequence": ["1", "1", "2", "2"],
+            "sight": [5.0, 90.0, 180.0, 0.0],
+            "true_sight": [0.0, 140.0, 170.0, 180.0],
+            "true_speed": [1.0, 1.0, 1.0, 0.1],
+            "error": [5.0, -50.0, 10.0, -180.0],
+        }
+    )
+    judged = judge_pets(headings)
+    assert judged["direction8"].value == pytest.approx(2 / 3)
+    assert judged["within45"].value == pytest.approx(2 / 3)
+    assert judged["mae_deg"].value == pytest.approx(65 / 3)
+    with pytest.raises(ArgumentError, match="least_speed"):
+        judge_pets(headings, least_speed=9)
+
+
+def test_timing_reads_real_files_and_leaves_none_behind():
+    with sample_sequences(most=8) as sequences:
+        folder = sequences[0].paths[0].parents[3]
+        assert len(time_videos(sequences[:2], focal_length=450)) == 2
+        assert folder.is_dir()
+    assert not folder.exists()
+
+
+def test_a_recording_of_nothing_is_refused():
+    with pytest.raises(ArgumentError, match="walks is empty"):
+        record_walks([])
+
+
+def test_flow_errors_are_those_of_each_method_on_each_sequence():
+    motions = {name: make_motion(name, shape=(40, 60))[1:] for name in ("shifting", "parting")}
+    first, second, truth = motions["parting"]
+    known = truth.copy()
+    known[:5] = np.nan  # as Middlebury marks what is not known
+    errors = flow_errors({**motions, "part known": (first, second, known)})
+    assert list(errors.index) == ["shifting", "parting", "part known"]
+    assert list(errors.columns) == list(flow.METHODS)
+    for method, find in flow.METHODS.items():
+        away = np.linalg.norm(find(first, second) - truth, axis=2)
+        assert errors.loc["parting", method] == pytest.approx(away.mean())
+        assert errors.loc["part known", method] == pytest.approx(away[5:].mean())
+
+
+@pytest.fixture
+def scored():
+    """Points and feet of three people, by hand: (points, feet)."""
+    points = pd.DataFrame(
+        {
+            "trace": ["t1", "t1", "t2", "t2", "t2"],
+            "frame": [5, 6, 4, 6, 7],
+            "matched": [True, True, False, True, False],
+            "error": [0.1, 0.3, 1.0, 0.5, 1.0],
+        }
+    )
+    feet = pd.DataFrame(
+        {
+            "trace": ["a", "a", "b", "b", "c"],
+            "frame": [5, 6, 6, 7, 3],
+            "found": [True, True, True, False, False],
+            "error": [0.1, 0.3, 0.5, 1.0, 1.0],
+        }
+    )
+    return points, feet
+
+
+def test_judging_traces_by_hand(scored):
+    judged = judge_traces(*scored)
+    assert {name: estimate.value for name, estimate in judged.items()} == {
+        "recall": pytest.approx(3 / 5),
+        "precision": pytest.approx(3 / 5),
+        "median_error_m": 0.3,
+    }
+    assert [estimate.n for estimate in judged.values()] == [3, 2, 2]  # walkers, traces, found
+    points, feet = scored
+    assert judged["recall"] == statistics.mean_by_subject(feet["found"], feet["trace"])
+    assert judged["precision"] == statistics.mean_by_subject(points["matched"], points["trace"])
+    assert judged["median_error_m"] == statistics.median_by_subject(
+        [0.1, 0.3, 0.5], ["a", "a", "b"]
+    )
+
+
+def test_frames_before_the_first_are_not_judged(scored):
+    judged = judge_traces(*scored, first=6)
+    assert judged["recall"].value == pytest.approx(2 / 3)
+    assert judged["precision"].value == pytest.approx(2 / 3)
+    assert judged["median_error_m"].value == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("shuffle", [False, True])
+def test_truth_kept_as_numbers_or_in_another_order_is_judged_alike(scored, shuffle):
+    points, feet = scored
+    judged = judge_traces(points, feet)
+    if shuffle:
+        points, feet = points.iloc[::-1], feet.sample(frac=1, random_state=0)
+    other = judge_traces(points.astype({"matched": int}), feet.astype({"found": int}), first=0)
+    for name, estimate in judged.items():
+        assert other[name] == pytest.approx(estimate)
+
+
+def test_nothing_left_to_judge_is_refused(scored):
+    with pytest.raises(ArgumentError, match="first is 8: there is nothing to judge"):
+        judge_traces(*scored, first=8)
+    points, feet = scored
+    with pytest.raises(ArgumentError):
+        judge_traces(points, feet.assign(found=False))
