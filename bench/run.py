@@ -134,7 +134,7 @@ def time_votes():
     rows, columns = np.indices((1000, 1000))
     histograms[rows, columns, rng.integers(cells.BINS, size=(1000, 1000))] = 1
     directed = cells.direct_cells(histograms)
-    scene = corridor.make_traces(walkers=200)
+    scene = corridor.make_corridor(walkers=200)
     grid = GridMap.over(scene.area, cell=0.1)
     angles = cells.orientations(scene.traces, grid)
     runs = {
@@ -207,7 +207,7 @@ def hundred_walkers():
 
 def coverage_instance(targets=1200, cameras=1500):
     """A served matrix of that size: fixed cameras in the corridor, a walker-second a row."""
-    scene = corridor.make_traces(walkers=120)
+    scene = corridor.make_corridor(walkers=120)
     model = CameraModel(field_of_view=60, reach=8)
     site = prepare_site(scene, model=model, grid=GridMap.over(scene.area, cell=0.5))
     rng = np.random.default_rng(0)
@@ -265,7 +265,7 @@ def time_panels():
 
 def time_siting_panels():
     """The same for chapter 2."""
-    scene = corridor.make_traces()
+    scene = corridor.make_corridor()
     film = overhead.render_corridor(walkers=10, seconds=20)
     (boxes,), truth = viewpoint.record_at_angles(range(0, 91, 15), subjects=1)
     model = CameraModel(pans=True)

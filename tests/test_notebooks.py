@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mcnlab import figures
-from mcnlab.figures.registry import FIGURES, NOTEBOOKS
+from mcnlab.figures.registry import FIGURES, NOTEBOOKS, START
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "notebooks"
@@ -116,7 +115,7 @@ def test_the_readme_lists_every_thesis_figure_with_its_notebook():
 
 
 def test_the_index_notebook_links_all_notebooks_in_order():
-    prose = "\n".join(text_of(cell) for cell in cells_of(figures.START, "markdown"))
+    prose = "\n".join(text_of(cell) for cell in cells_of(START, "markdown"))
     assert tuple(re.findall(r"^\| \[\w+\]\((\w+)\.ipynb\)", prose, flags=re.MULTILINE)) == NOTEBOOKS
 
 

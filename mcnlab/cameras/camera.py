@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mcnlab.checks import check_points, require_count, require_number
+from mcnlab.checks import require_count, require_number, require_points
 from mcnlab.errors import ArgumentError
 
 
@@ -129,7 +129,7 @@ class TsaiCamera:
         ArgumentError
             When a ray runs above the horizon.
         """
-        pixels = check_points("pixels", pixels)
+        pixels = require_points("pixels", pixels)
         u = (pixels[:, 0] - self.centre[0]) * self.pitch[0] / self.aspect
         v = (pixels[:, 1] - self.centre[1]) * self.pitch[1]
         swell = 1.0 + self.kappa * (u**2 + v**2)
@@ -200,7 +200,7 @@ class TsaiCamera:
         ndarray, shape (n,)
             Pixels.
         """
-        pixels = check_points("pixels", pixels)
+        pixels = require_points("pixels", pixels)
         metres = require_number("metres", metres, above=0, unit="metres")
         feet = self.to_ground(pixels)
         head = self.to_image(np.c_[feet, np.full(len(feet), metres)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mcnlab.checks import check_points
+from mcnlab.checks import require_points
 from mcnlab.errors import ArgumentError
 
 # A triangle of points this flat, relative to the cloud's extent, leaves the plane free to tilt.
@@ -32,8 +32,8 @@ def find_homography(image_points, ground_points):
         returns a matrix of rank one for such points, in silence, and rounds to single
         precision; hence our own, the normalised direct linear transform.
     """
-    image = check_points("image_points", image_points, low=4)
-    ground = check_points("ground_points", ground_points, low=4)
+    image = require_points("image_points", image_points, least=4)
+    ground = require_points("ground_points", ground_points, least=4)
     if len(image) != len(ground):
         raise ArgumentError(
             f"image_points has {len(image)} rows, ground_points {len(ground)}; pass them in pairs."
@@ -91,7 +91,7 @@ def project(homography, points):
         some points lie on the other side of it.
     """
     matrix = check_homography(homography)
-    points = check_points("points", points)
+    points = require_points("points", points)
     rays = np.c_[points, np.ones(len(points))] @ matrix.T
     scale = np.abs(rays).max(axis=1)
     if (np.abs(rays[:, 2]) < 1e-12 * scale).any():

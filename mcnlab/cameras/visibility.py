@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mcnlab.cameras.floor import check_walls
-from mcnlab.checks import HAIR, check_points, require_number
+from mcnlab.checks import HAIR, require_number, require_points
 from mcnlab.errors import ArgumentError
 from mcnlab.tables import COURSE, HEADING, X, Y, check_columns
 
@@ -68,7 +68,7 @@ def sees(points, cameras, model, *, walls=None):
     TableError, ArgumentError
         When a table lacks a column, or an array has an impossible shape or value.
     """
-    return _look(check_points("points", points), None, cameras, model, walls)
+    return _look(require_points("points", points), None, cameras, model, walls)
 
 
 def square_on(targets, cameras, model, *, walls=None):
@@ -91,8 +91,8 @@ def square_on(targets, cameras, model, *, walls=None):
         As in `sees`.
     """
     check_columns(targets, (X, Y, COURSE), argument="targets")
-    points = check_points("targets", targets[[X, Y]].to_numpy())
-    course = check_points("targets", targets[[COURSE, COURSE]].to_numpy())[:, 0]
+    points = require_points("targets", targets[[X, Y]].to_numpy())
+    course = require_points("targets", targets[[COURSE, COURSE]].to_numpy())[:, 0]
     return _look(points, np.deg2rad(course), cameras, model, walls)
 
 
@@ -117,7 +117,7 @@ def _look(points, course, cameras, model, walls):
     _check_model(model)
     needed = (X, Y) if model.pans else (X, Y, HEADING)
     check_columns(cameras, needed, argument="cameras")
-    spots = check_points("cameras", cameras[[X, Y]].to_numpy())
+    spots = require_points("cameras", cameras[[X, Y]].to_numpy())
     walls = check_walls(walls)
     # Where coordinates are large, their differences are not.
     middle = spots.mean(axis=0)
@@ -126,7 +126,7 @@ def _look(points, course, cameras, model, walls):
     places, place = np.unique(spots - middle, axis=0, return_inverse=True)
     place = place.ravel()
     if not model.pans:
-        turn = check_points("cameras", cameras[[HEADING, HEADING]].to_numpy())[:, 0]
+        turn = require_points("cameras", cameras[[HEADING, HEADING]].to_numpy())[:, 0]
         ahead = np.stack([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))])
         edge = np.cos(np.deg2rad(model.field_of_view / 2))
     hair = HAIR * model.reach

@@ -1,1 +1,5 @@
 """What comes in: recordings, scenes, videos, and the readers of each dataset."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,10 +8,9 @@ Every module of this package enters its own figures when it is imported, and all
 import importlib
 import pkgutil
 
-from mcnlab.figures.registry import FIGURES, NOTEBOOKS, START, draw, show
-from mcnlab.figures.walking import example_walk
+from mcnlab.figures.registry import show
 
-__all__ = ["FIGURES", "NOTEBOOKS", "START", "draw", "example_walk", "show"]
+__all__ = ["show"]
 
 for _found in pkgutil.iter_modules(__path__):
     importlib.import_module(f"{__name__}.{_found.name}")

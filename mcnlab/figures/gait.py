@@ -3,12 +3,12 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.registry import SQUARE
 from mcnlab.figures.registry import figure as _figure
 from mcnlab.figures.walking import example_walk
-from mcnlab.plotting.gait import CUT, MADE, NOISY, REAL
+from mcnlab.plotting.gait import CUT, MADE, NOISY, REAL, plot_by_angle, plot_rhythm, plot_width
+from mcnlab.plotting.walking import plot_mask
 from mcnlab.tables import FRAME, SEQUENCE, H, W
 from mcnlab.vision.silhouettes import measure_sequence
 from mcnlab.walking import gait, viewpoint
@@ -43,7 +43,7 @@ def gait_cycle(masks, *, frame_rate, count=9):
     for ax, frame in zip(axes, frames, strict=True):
         box = boxes.loc[frame]
         mask = masks[int(frame) - 1]  # frames are numbered from 1
-        plotting.plot_mask(mask, box=(box.x, box.y, box.w, box.h), ax=ax)
+        plot_mask(mask, box=(box.x, box.y, box.w, box.h), ax=ax)
         middle = box.x + box.w / 2
         ax.set(xlim=(middle - 0.4 * tall, middle + 0.4 * tall))
         ax.set(ylim=(box.y + box.h + 4, box.y + box.h - tall - 6))
@@ -87,7 +87,7 @@ def widths(recording, made, truth):
             if angle == 90:
                 found = gait.find_events(walk[FRAME], walk[W], frame_rate=recording.frame_rate)
                 events = [(times - walk[FRAME].iloc[0]) / recording.frame_rate for times in found]
-            plotting.plot_width(seconds, walk[W], events=events, colour=colour, ax=ax)
+            plot_width(seconds, walk[W], events=events, colour=colour, ax=ax)
         axes[0, column].set(title=name, xlabel="")
     for ax in axes[:, 1:].flat:
         ax.set_ylabel("")
@@ -112,7 +112,7 @@ def rhythm(recording):
     for ax, (angle, name) in zip(axes, VIEWS.items(), strict=True):
         walk = _walk_at(recording, angle)
         lags, correlation, period = gait.rhythm_of(walk, frame_rate=recording.frame_rate)
-        plotting.plot_rhythm(lags, correlation, period=period, title=name, ax=ax)
+        plot_rhythm(lags, correlation, period=period, title=name, ax=ax)
         ax.set_xlim(0, 1.6)
     for ax in axes[1:]:
         ax.set_ylabel("")
@@ -147,7 +147,7 @@ def view_angles(clean, noisy, cut, real):
         "synthetic, a limb cut": (cut, CUT, "v", ":"),
         "CASIA A": (real, REAL, "o", ""),
     }
-    plotting.plot_by_angle(
+    plot_by_angle(
         tables,
         "peak",
         low="peak_low",
@@ -155,7 +155,7 @@ def view_angles(clean, noisy, cut, real):
         ylabel="autocorrelation at the step\n(median and quartiles)",
         ax=left,
     )
-    plotting.plot_by_angle(
+    plot_by_angle(
         tables, "share", low="low", high="high", ylabel="walks with a rhythm (share)", ax=right
     )
     left.set_ylim(-0.2, 1)

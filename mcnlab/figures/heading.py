@@ -3,9 +3,16 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.figures.registry import READ
 from mcnlab.figures.registry import figure as _figure
+from mcnlab.plotting.style import INK, PALE, UPPER
+from mcnlab.plotting.walking import (
+    colour_of,
+    plot_against_truth,
+    plot_heading_errors,
+    plot_horizon,
+    plot_lines,
+)
 from mcnlab.tables import SEQUENCE
 from mcnlab.walking.evaluation import truth_of
 
@@ -21,13 +28,13 @@ def geometry():
     """A pinhole camera from the side: two places of one walker."""
     figure, ax = plt.subplots(figsize=(9, 3.6))
     focal, eye, stature = 1.2, 1.0, 1.7
-    ax.plot([-0.2, 10], [0, 0], color=plotting.INK, lw=1)
-    ax.plot([0, 10], [eye, eye], color=plotting.UPPER, ls="--", lw=1)
-    ax.text(9.9, eye + 0.06, "horizon", ha="right", color=plotting.UPPER)
-    ax.plot([focal, focal], [0.05, 2.0], color=plotting.PALE, lw=4)
+    ax.plot([-0.2, 10], [0, 0], color=INK, lw=1)
+    ax.plot([0, 10], [eye, eye], color=UPPER, ls="--", lw=1)
+    ax.text(9.9, eye + 0.06, "horizon", ha="right", color=UPPER)
+    ax.plot([focal, focal], [0.05, 2.0], color=PALE, lw=4)
     ax.text(focal, 2.06, "image, f before the pinhole", ha="center")
     for place, direction in ((4.0, 5), (8.0, 1)):
-        colour = plotting.colour_of(direction)
+        colour = colour_of(direction)
         ax.plot([place, place], [0, stature], color=colour, lw=5, solid_capstyle="round")
         rows = [eye + focal * (level - eye) / place for level in (0, stature)]
         for level in (0, stature):
@@ -43,7 +50,7 @@ def geometry():
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
             arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6},
         )
-    ax.plot(0, eye, "o", color=plotting.INK)
+    ax.plot(0, eye, "o", color=INK)
     ax.text(-0.08, eye, "pinhole", ha="right", va="center")
     ax.set(xlim=(-0.9, 10.2), ylim=(-0.1, 2.3))
     ax.axis("off")
@@ -64,7 +71,7 @@ def horizons(level_boxes, level_camera, high_boxes, high_camera):
         (axes[0], level_boxes, level_camera, "CASIA A"),
         (axes[1], high_boxes, high_camera, "synthetic, high camera"),
     ):
-        plotting.plot_horizon(boxes, camera, ax=ax)
+        plot_horizon(boxes, camera, ax=ax)
         seen = f"tilt {np.degrees(camera.tilt):.1f}°, {camera.feet:.2f} body heights up"
         ax.set_title(f"{name}: {'no horizon' if camera.horizon is None else seen}")
     return figure
@@ -96,7 +103,7 @@ def heading_errors(recording, errors_by_window):
     )
     for ax, (title, (headings, errors)) in zip(axes[:, 0], errors_by_window.items(), strict=True):
         truth = truth_of(recording, headings[SEQUENCE].to_numpy())
-        plotting.plot_heading_errors(errors, truth, ax=ax)
+        plot_heading_errors(errors, truth, ax=ax)
         ax.set_title(title)
     for ax in axes[:-1, 0]:
         ax.set_xlabel("")
@@ -113,10 +120,8 @@ def heading_errors(recording, errors_by_window):
 def focal_lengths(lengths, right, error, from_pace):
     """Accuracy and mean error against the focal length assumed."""
     figure, axes = plt.subplots(1, 2, figsize=(11, 4))
-    plotting.plot_lines(
-        lengths, {"perspective": right}, xlabel="focal length assumed (pixels)", ax=axes[0]
-    )
-    plotting.plot_lines(
+    plot_lines(lengths, {"perspective": right}, xlabel="focal length assumed (pixels)", ax=axes[0])
+    plot_lines(
         lengths,
         {"perspective": error},
         xlabel="focal length assumed (pixels)",
@@ -124,7 +129,7 @@ def focal_lengths(lengths, right, error, from_pace):
         ax=axes[1],
     )
     for ax in axes:
-        ax.axvline(from_pace, color=plotting.UPPER, ls="--", label="from the walkers' pace")
+        ax.axvline(from_pace, color=UPPER, ls="--", label="from the walkers' pace")
         ax.legend()
     axes[0].set_ylim(None, 1.01)
     axes[1].set_ylim(0, None)
@@ -141,7 +146,7 @@ def focal_lengths(lengths, right, error, from_pace):
 def window_lengths(seconds, estimates):
     """Accuracy against window length."""
     figure, ax = plt.subplots()
-    plotting.plot_lines(
+    plot_lines(
         seconds, {"perspective": estimates}, xlabel="window (s)", ylabel="directions right", ax=ax
     )
     ax.set_ylim(None, 1.01)
@@ -158,8 +163,8 @@ def window_lengths(seconds, estimates):
 def calibrated(levels, estimates):
     """Share of true headings inside the interval against its nominal level."""
     figure, ax = plt.subplots(figsize=(5.5, 5))
-    ax.plot([0, 1], [0, 1], color=plotting.INK, lw=0.8, ls=":", label="honest")
-    plotting.plot_lines(
+    ax.plot([0, 1], [0, 1], color=INK, lw=0.8, ls=":", label="honest")
+    plot_lines(
         levels,
         {"perspective": estimates},
         xlabel="nominal level of the interval",
@@ -180,7 +185,7 @@ def calibrated(levels, estimates):
 def under_noise(levels, estimates):
     """Accuracy against noise level, three methods, synthetic walkers."""
     figure, ax = plt.subplots()
-    plotting.plot_lines(levels, estimates, xlabel="noise level", ax=ax)
+    plot_lines(levels, estimates, xlabel="noise level", ax=ax)
     ax.set_ylim(None, 1.01)
     return figure
 
@@ -199,5 +204,5 @@ def under_noise(levels, estimates):
 def pets(headings):
     """Heading from boxes against the true one, one-second windows."""
     figure, ax = plt.subplots(figsize=(5.5, 5.5))
-    plotting.plot_against_truth(headings["true_sight"], headings["sight"], ax=ax)
+    plot_against_truth(headings["true_sight"], headings["sight"], ax=ax)
     return figure

@@ -4,13 +4,18 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.compass import DIRECTIONS, NAMES
 from mcnlab.figures.registry import TABULATE
 from mcnlab.figures.registry import figure as _figure
 from mcnlab.occlusion.composites import compose, compose_masks, start_frames
-from mcnlab.plotting.occlusion import RULE_LABELS, WALKER_COLOURS
-from mcnlab.plotting.style import DENSITY, frame_axes
+from mcnlab.plotting.occlusion import (
+    RULE_LABELS,
+    WALKER_COLOURS,
+    plot_direction_table,
+    plot_forecast,
+    plot_speed_table,
+)
+from mcnlab.plotting.style import DENSITY, INK, PALE, frame_axes
 from mcnlab.tables import FRAME, H, W, X, Y
 from mcnlab.vision.recordings import silhouettes_of
 
@@ -32,7 +37,7 @@ _PAINT = mpl.colors.ListedColormap(["white", "#9db9da", "#eab9bf", "#4a4a4a"])
 def direction_table():
     """Table 3.1."""
     figure, ax = plt.subplots(figsize=(8.2, 7.4))
-    plotting.plot_direction_table(ax)
+    plot_direction_table(ax)
     return figure
 
 
@@ -48,7 +53,7 @@ def direction_table():
 def speed_table_right():
     """Table 3.2."""
     figure, ax = plt.subplots(figsize=(5.2, 5.2))
-    plotting.plot_speed_table("right", ax)
+    plot_speed_table("right", ax)
     return figure
 
 
@@ -64,7 +69,7 @@ def speed_table_right():
 def speed_table_left():
     """Table 3.3."""
     figure, ax = plt.subplots(figsize=(5.2, 5.2))
-    plotting.plot_speed_table("left", ax)
+    plot_speed_table("left", ax)
     return figure
 
 
@@ -143,7 +148,7 @@ def _draw_shares(ax, share, cells):
         for column, two in enumerate(DIRECTIONS):
             empty = cells["n"][row, column] == 0
             dark = not empty and share[row, column] > 0.55
-            ink = "white" if dark else plotting.INK
+            ink = "white" if dark else INK
             text = "–" if empty else f"{100 * share[row, column]:.0f}"
             ax.text(two, one + 0.1, text, ha="center", va="center", color=ink, fontsize=11)
             code = RULE_LABELS[int(cells["printed"][row, column])]
@@ -201,7 +206,7 @@ def draw_case(row, recording, axes):
         if ax is axes[0]:
             _outline(ax, shown)
             continue
-        plotting.plot_forecast(
+        plot_forecast(
             shown,
             (row["direction1"], row["direction2"]),
             (row["level1"], row["level2"]),
@@ -228,7 +233,7 @@ def _show_part(ax, recording, boxes):
     ax.set(xlim=(left, left + wide), ylim=(top + (1 + _STRIP) * tall, top))
     for spine in ax.spines.values():
         spine.set_visible(False)
-    edge = {"fill": False, "ec": plotting.PALE, "lw": 1, "clip_on": False}
+    edge = {"fill": False, "ec": PALE, "lw": 1, "clip_on": False}
     ax.add_patch(plt.Rectangle((left, top), wide, tall, **edge))
 
 

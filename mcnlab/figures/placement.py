@@ -3,11 +3,27 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.figures.registry import EXACT, VOTE
 from mcnlab.figures.registry import figure as _figure
 from mcnlab.placement import cells
 from mcnlab.placement.cells import CHAOS, DIRECTED, NO_LOCUS
+from mcnlab.plotting.gait import plot_timeline
+from mcnlab.plotting.placement import (
+    plot_band,
+    plot_cameras,
+    plot_cells,
+    plot_forbidden,
+    plot_ground,
+    plot_histogram,
+    plot_mesh,
+    plot_patterns,
+    plot_served,
+    plot_shares,
+    plot_traces,
+    plot_votes,
+    served_legend,
+)
+from mcnlab.plotting.style import CHOICE_COLOURS, CHOICE_MARKERS, INK, LOWER, PALE, UPPER
 from mcnlab.tables import FRAME, TRACE, X, Y
 
 
@@ -22,8 +38,8 @@ from mcnlab.tables import FRAME, TRACE, X, Y
 def loci(scene, grid):
     """Figure 2.3: every trace over the cells of the grid."""
     figure, ax = plt.subplots(figsize=(9, 4.2))
-    plotting.plot_ground(grid.area, walls=scene.walls, grid=grid, ax=ax)
-    plotting.plot_traces(scene.traces, ax=ax)
+    plot_ground(grid.area, walls=scene.walls, grid=grid, ax=ax)
+    plot_traces(scene.traces, ax=ax)
     ax.set_title(f"{len(scene.walkers)} walkers, cells of {grid.cell:g} m")
     return figure
 
@@ -41,7 +57,7 @@ def patterns():
     examples = cells.example_patterns()
     angles, known = cells.infer_angle(np.stack(list(examples.values())))
     figure = plt.figure(figsize=(9, 3.4))
-    plotting.plot_patterns(list(examples.values()), angles, known, figure=figure)
+    plot_patterns(list(examples.values()), angles, known, figure=figure)
     return figure
 
 
@@ -71,7 +87,7 @@ def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
         cell = np.unravel_index(int(held.argmax()), held.shape)
         _draw_cell(scene, grid, cell, ax=above)
         counts = placed.cells.histograms[cell]
-        plotting.plot_histogram(counts, chaos_ratio=chaos_ratio, ax=below)
+        plot_histogram(counts, chaos_ratio=chaos_ratio, ax=below)
         if column:
             below.set_ylabel("")
     return figure
@@ -91,16 +107,14 @@ def path_band(scene, grid, placed):
     figure, axes = plt.subplots(3, 1, figsize=(7.5, 10.5))
     order = cells.grow_band(placed.cells)
     for ax, name in zip(axes, ("(a) path band", "(b) votes", "(c) places"), strict=True):
-        plotting.plot_ground(grid.area, walls=scene.walls, ax=ax)
+        plot_ground(grid.area, walls=scene.walls, ax=ax)
         ax.set_title(name)
-    image = plotting.plot_band(grid, order, cells.thin(order >= 0), ax=axes[0])
+    image = plot_band(grid, order, cells.thin(order >= 0), ax=axes[0])
     figure.colorbar(image, ax=axes[0], label="joined in step", shrink=0.8)
     axes[0].legend(loc="lower right")
-    plotting.plot_votes(grid, placed.votes, ax=axes[1])
+    plot_votes(grid, placed.votes, ax=axes[1])
     draw_cells(grid, placed.cells, ax=axes[2])
-    axes[2].plot(
-        placed.places[X], placed.places[Y], "^", ms=12, color=plotting.UPPER, mec="white", ls=""
-    )
+    axes[2].plot(placed.places[X], placed.places[Y], "^", ms=12, color=UPPER, mec="white", ls="")
     return figure
 
 
@@ -120,7 +134,7 @@ def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
     cell = np.unravel_index(int(np.abs(counts - walks).argmin()), counts.shape)
     _draw_cell(scene, grid, cell, ax=left)
     left.set_title(f"cell ({cell[0]}, {cell[1]})")
-    plotting.plot_histogram(
+    plot_histogram(
         placed.cells.histograms[cell],
         chaos_ratio=chaos_ratio,
         title=f"{counts[cell]} walks",
@@ -142,10 +156,10 @@ def mesh(scene, grid, placed):
     figure = plt.figure(figsize=(12, 4.4))
     figure.get_layout_engine().set(wspace=0.12)  # the mesh's own label takes no room
     left = figure.add_subplot(1, 2, 1, projection="3d")
-    plotting.plot_mesh(grid, placed.votes, humps=placed.humps, ax=left)
+    plot_mesh(grid, placed.votes, humps=placed.humps, ax=left)
     right = figure.add_subplot(1, 2, 2)
-    plotting.plot_ground(grid.area, walls=scene.walls, ax=right)
-    plotting.plot_votes(grid, placed.votes, humps=placed.humps, ax=right)
+    plot_ground(grid.area, walls=scene.walls, ax=right)
+    plot_votes(grid, placed.votes, humps=placed.humps, ax=right)
     right.legend(loc="upper right")
     return figure
 
@@ -161,11 +175,11 @@ def real_votes(scene, grid, placed):
     """Traces, cells and votes of a real scene."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 4.2))
     for ax, name in zip(axes, ("traces", "cells (shaded: chaos)", "votes"), strict=True):
-        plotting.plot_ground(grid.area, walls=scene.walls, ax=ax)
+        plot_ground(grid.area, walls=scene.walls, ax=ax)
         ax.set_title(name)
-    plotting.plot_traces(scene.traces, ax=axes[0])
+    plot_traces(scene.traces, ax=axes[0])
     draw_cells(grid, placed.cells, ax=axes[1])
-    plotting.plot_votes(grid, placed.votes, humps=placed.humps, ax=axes[2])
+    plot_votes(grid, placed.votes, humps=placed.humps, ax=axes[2])
     axes[2].legend(loc="upper right")
     for ax in axes[1:]:
         ax.set_ylabel("")
@@ -174,7 +188,7 @@ def real_votes(scene, grid, placed):
 
 def draw_cells(grid, directed, *, ax):
     """The kinds and directions of cells."""
-    return plotting.plot_cells(
+    return plot_cells(
         grid,
         directed.kind,
         directed.angle,
@@ -191,17 +205,17 @@ def _draw_cell(scene, grid, cell, *, ax):
     x, y = grid.place_of(*cell)
     half = grid.cell / 2
     area = (x - half, y - half, x + half, y + half)
-    plotting.plot_ground(area, ax=ax)
+    plot_ground(area, ax=ax)
     edges = np.arange(9) * grid.pixel
-    ax.vlines(area[0] + edges, area[1], area[3], color=plotting.PALE, lw=0.4)
-    ax.hlines(area[1] + edges, area[0], area[2], color=plotting.PALE, lw=0.4)
+    ax.vlines(area[0] + edges, area[1], area[3], color=PALE, lw=0.4)
+    ax.hlines(area[1] + edges, area[0], area[2], color=PALE, lw=0.4)
     near = (np.abs(scene.traces[X] - x) < 3 * half) & (np.abs(scene.traces[Y] - y) < 3 * half)
     near = scene.traces[TRACE].isin(scene.traces[TRACE][near])
     if near.any():
-        plotting.plot_traces(scene.traces[near], alpha=0.8, ax=ax)
+        plot_traces(scene.traces[near], alpha=0.8, ax=ax)
     ax.set(xlabel="", ylabel="", xticks=[], yticks=[])
     for spine in ax.spines.values():
-        spine.set(visible=True, color=plotting.PALE)
+        spine.set(visible=True, color=PALE)
 
 
 @_figure(
@@ -227,11 +241,11 @@ def plans(site, chosen):
     height = 5.2 * (top - bottom) / (right - left) + 0.7
     figure, axes = plt.subplots(rows, columns, figsize=(11, rows * height), squeeze=False)
     for ax, (method, (cameras, share, served)) in zip(axes.flat, chosen.items(), strict=False):
-        plotting.plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
-        plotting.plot_served(site.targets, served, ax=ax)
-        plotting.plot_cameras(cameras, site.model, method=method, cones=not site.model.pans, ax=ax)
+        plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
+        plot_served(site.targets, served, ax=ax)
+        plot_cameras(cameras, site.model, method=method, cones=not site.model.pans, ax=ax)
         ax.set_title(f"{method}: {share:.0%} of walker-seconds")
-    plotting.served_legend(axes.flat[0])
+    served_legend(axes.flat[0])
     for ax in axes.flat[len(chosen) :]:
         ax.axis("off")
     return figure
@@ -256,7 +270,7 @@ def price_of_voting(shares):
     """Held-out shares of every method on every scene, with intervals over walkers."""
     scenes = shares["scene"].nunique()
     figure, ax = plt.subplots(figsize=(9, 1.6 + 0.62 * scenes))
-    plotting.plot_shares(shares, ax=ax)
+    plot_shares(shares, ax=ax)
     return figure
 
 
@@ -279,13 +293,13 @@ def how_many(tables, *, required):
     """
     figure, axes = plt.subplots(1, len(tables), figsize=(5 * len(tables), 3.6), squeeze=False)
     for ax, (scene, table) in zip(axes.flat, tables.items(), strict=True):
-        ax.axhline(required, color=plotting.INK, lw=1, ls=":")
+        ax.axhline(required, color=INK, lw=1, ls=":")
         for method, rows in table.groupby("method", sort=False):
-            style = {"color": plotting.CHOICE_COLOURS[method]}
+            style = {"color": CHOICE_COLOURS[method]}
             ax.plot(
                 rows["cameras"],
                 rows["share"],
-                marker=plotting.CHOICE_MARKERS[method],
+                marker=CHOICE_MARKERS[method],
                 label=method,
                 **style,
             )
@@ -327,11 +341,11 @@ def demands(site, variants):
     rows = -(-len(variants) // 2)
     figure, axes = plt.subplots(rows, 2, figsize=(11, rows * height), squeeze=False)
     for ax, (title, (cameras, served, forbidden)) in zip(axes.flat, variants.items(), strict=False):
-        plotting.plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
+        plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
         if forbidden is not None:
-            plotting.plot_forbidden(site.grid, forbidden, ax=ax)
-        plotting.plot_served(site.targets, served, ax=ax)
-        plotting.plot_cameras(cameras, site.model, method="exact", cones=False, ax=ax)
+            plot_forbidden(site.grid, forbidden, ax=ax)
+        plot_served(site.targets, served, ax=ax)
+        plot_cameras(cameras, site.model, method="exact", cones=False, ax=ax)
         ax.set_title(title)
     for ax in axes.flat[len(variants) :]:
         ax.axis("off")
@@ -368,14 +382,14 @@ def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
     )
     time = watch.table[FRAME] / watch.frame_rate
     shown = watch.table[(time >= seconds[0]) & (time <= seconds[1])]
-    plotting.plot_timeline(shown, watch.frame_rate, cameras=len(watch.cameras), ax=top)
+    plot_timeline(shown, watch.frame_rate, cameras=len(watch.cameras), ax=top)
     top.set(xlim=seconds, title="awake")
     needed = np.abs(watch.table["needed"][watch.table["awake"]])
-    left.hist(needed, bins=40, color=plotting.LOWER)
+    left.hist(needed, bins=40, color=LOWER)
     left.set(xlabel="pan rate that the walker asks for (degrees a second)")
     left.set_yscale("log" if len(needed) else "linear")
     left.set_ylabel("camera frames")
-    right.plot(limits, lost, "o-", color=plotting.LOWER)
+    right.plot(limits, lost, "o-", color=LOWER)
     right.set(xlabel="pan limit (degrees a second)", ylabel="time lost turning or lagging (share)")
     right.set_ylim(0, None)
     return figure

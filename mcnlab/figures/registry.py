@@ -8,9 +8,9 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from mcnlab import plotting
 from mcnlab.errors import ArgumentError
 from mcnlab.files import write_whole
+from mcnlab.plotting.style import use_style
 from mcnlab.results import OUT
 
 START = "start_here"
@@ -128,7 +128,7 @@ def draw(number, *args, **options):
     """Draw a figure and return it."""
     if number not in FIGURES:
         raise ArgumentError(f"number is {number!r}; pass one of {', '.join(FIGURES)}.")
-    plotting.use_style()
+    use_style()
     return FIGURES[number].draw(*args, **options)
 
 

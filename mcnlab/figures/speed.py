@@ -2,9 +2,9 @@
 
 import matplotlib.pyplot as plt
 
-from mcnlab import plotting
 from mcnlab.figures.registry import SPEED
 from mcnlab.figures.registry import figure as _figure
+from mcnlab.plotting.speed import plot_by_distance, plot_by_level, plot_law, plot_levels
 from mcnlab.walking.speed import FAST, PASSING, SLOW
 
 
@@ -18,7 +18,7 @@ from mcnlab.walking.speed import FAST, PASSING, SLOW
 def law(slow=SLOW, fast=FAST):
     """p against distance for three true speeds, over the levels."""
     figure, ax = plt.subplots(figsize=(8, 4.2))
-    plotting.plot_law(slow=slow, fast=fast, ax=ax)
+    plot_law(slow=slow, fast=fast, ax=ax)
     ax.set_title("Across the view of a camera 60° wide")
     return figure
 
@@ -50,7 +50,7 @@ def true_speeds(tables, medians):
     """
     figure, axes = plt.subplots(1, len(tables), figsize=(5.5 * len(tables), 4.2), squeeze=False)
     for ax, (title, table) in zip(axes[0], tables.items(), strict=True):
-        plotting.plot_by_level(table["true_speed"], table["level"], medians=medians[title], ax=ax)
+        plot_by_level(table["true_speed"], table["level"], medians=medians[title], ax=ax)
         ax.set_title(title)
     return figure
 
@@ -89,7 +89,7 @@ def against_distance(tables):
             strict=True,
         ):
             ratio = shown[name] / shown["true_sideways"]
-            plotting.plot_by_distance(
+            plot_by_distance(
                 shown["distance"],
                 ratio,
                 shown["level"],
@@ -121,5 +121,5 @@ def against_distance(tables):
 def casia_levels(directions, level):
     """Shares of the levels among the windows of each true direction."""
     figure, ax = plt.subplots(figsize=(9, 3.8))
-    plotting.plot_levels(directions, level, ax=ax)
+    plot_levels(directions, level, ax=ax)
     return figure

@@ -4,11 +4,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from mcnlab import plotting
 from mcnlab.cameras.homography import project
 from mcnlab.figures.registry import ABOVE
 from mcnlab.figures.registry import figure as _figure
 from mcnlab.plotting import vision
+from mcnlab.plotting.placement import plot_ground, plot_traces
+from mcnlab.plotting.style import FINDER_COLOURS, FLOW_COLOURS, FLOW_HATCHES, INK, UPPER
+from mcnlab.plotting.vision import plot_flow, plot_frame
 from mcnlab.tables import TRACE, X, Y
 
 WHEEL = 64  # pixels
@@ -28,7 +30,7 @@ def corridor_sequence(frames, *, frame_rate, count=6):
     for ax in axes.flat[count:]:
         ax.axis("off")
     for ax, place in zip(axes.flat, np.linspace(0, len(frames) - 1, count), strict=False):
-        plotting.plot_frame(frames[int(place)], title=f"{int(place) / frame_rate:.1f} s", ax=ax)
+        plot_frame(frames[int(place)], title=f"{int(place) / frame_rate:.1f} s", ax=ax)
     return figure
 
 
@@ -43,9 +45,9 @@ def corridor_sequence(frames, *, frame_rate, count=6):
 def flow_to_feet(frame, motion, mask, feet):
     """Figure 2.8: (a) a frame, (b) its flow, (c) moving silhouettes and their feet."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 2.7))
-    plotting.plot_frame(frame, title="(a) frame", ax=axes[0])
+    plot_frame(frame, title="(a) frame", ax=axes[0])
     draw_flow(motion, title="(b) optical flow, Horn–Schunck", ax=axes[1])
-    plotting.plot_frame(255 - mask, title="(c) silhouettes and feet", feet=feet, ax=axes[2])
+    plot_frame(255 - mask, title="(c) silhouettes and feet", feet=feet, ax=axes[2])
     return figure
 
 
@@ -71,13 +73,13 @@ def finders(frame, motions, masks):
     figure, axes = plt.subplots(2, columns, figsize=(3.2 * columns, 4.5), squeeze=False)
     largest = max(np.percentile(np.hypot(*np.moveaxis(m, -1, 0)), 99.8) for m in motions.values())
     for ax in axes[0, len(motions) :]:
-        plotting.plot_frame(frame, title="frame", ax=ax)
+        plot_frame(frame, title="frame", ax=ax)
     for ax, (name, motion) in zip(axes[0], motions.items(), strict=False):
         draw_flow(motion, largest=largest, title=f"flow: {name}", ax=ax)
     for ax in axes[1, len(masks) :]:
         ax.axis("off")
     for ax, (name, mask) in zip(axes[1], masks.items(), strict=False):
-        plotting.plot_frame(255 - mask, title=f"moving: {name}", ax=ax)
+        plot_frame(255 - mask, title=f"moving: {name}", ax=ax)
     return figure
 
 
@@ -110,18 +112,18 @@ def traces_on_map(frame, homography, traces, truth, grid):
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 3.9), width_ratios=(1, 1.5))
     pixels = project(np.linalg.inv(homography), traces[[X, Y]].to_numpy())
-    plotting.plot_frame(frame, title="overhead view", ax=left)
-    plotting.plot_traces(
+    plot_frame(frame, title="overhead view", ax=left)
+    plot_traces(
         traces.assign(**{X: pixels[:, 0], Y: pixels[:, 1]}),
         colour="#7fd3ff",
         alpha=0.7,
         lw=1.0,
         ax=left,
     )
-    plotting.plot_ground(grid.area, walls=truth.walls, grid=grid, ax=right)
-    colours = plotting.FINDER_COLOURS
-    plotting.plot_traces(truth.traces, colour=colours["truth"], lw=1.6, label="truth", ax=right)
-    plotting.plot_traces(
+    plot_ground(grid.area, walls=truth.walls, grid=grid, ax=right)
+    colours = FINDER_COLOURS
+    plot_traces(truth.traces, colour=colours["truth"], lw=1.6, label="truth", ax=right)
+    plot_traces(
         traces, colour=colours["background"], alpha=0.9, label="background subtraction", ax=right
     )
     right.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
@@ -156,8 +158,8 @@ def flow_errors(errors, examples):
             at,
             errors[method],
             width=0.72 / len(methods),
-            color=plotting.FLOW_COLOURS[method],
-            hatch=plotting.FLOW_HATCHES[method],
+            color=FLOW_COLOURS[method],
+            hatch=FLOW_HATCHES[method],
             edgecolor="white",
             label=method,
         )
@@ -204,12 +206,10 @@ def pets_traces(points, scores):
     low = np.min([values.min(axis=0) for values in everything], axis=0) - 0.5
     high = np.max([values.max(axis=0) for values in everything], axis=0) + 0.5
     for ax, (method, table) in zip(axes[:-1], points.items(), strict=True):
-        plotting.plot_ground((*low, *high), ax=ax)
-        plotting.plot_traces(
-            table, colour=plotting.FINDER_COLOURS[method], alpha=0.7, label="trace", ax=ax
-        )
+        plot_ground((*low, *high), ax=ax)
+        plot_traces(table, colour=FINDER_COLOURS[method], alpha=0.7, label="trace", ax=ax)
         wrong = table[~table["matched"].astype(bool)]
-        ax.plot(wrong[X], wrong[Y], ".", ms=2.5, color=plotting.UPPER, label="nobody within 1 m")
+        ax.plot(wrong[X], wrong[Y], ".", ms=2.5, color=UPPER, label="nobody within 1 m")
         ax.set_title(f"{method}: {table[TRACE].nunique()} traces")
     for ax in axes[1:-1]:
         ax.set_ylabel("")
@@ -219,7 +219,7 @@ def pets_traces(points, scores):
     for place, (method, score) in enumerate(scores.items()):
         at = np.arange(len(names)) + 0.8 * ((place + 0.5) / len(scores) - 0.5)
         values = [score[name] for name in names]
-        colour = plotting.FINDER_COLOURS[method]
+        colour = FINDER_COLOURS[method]
         hatch = ("", "///", "...", "\\\\\\")[place % 4]
         label = f"{method}\n(median {score['median_error_m'].value:.2f} m)"
         shares = [value.value for value in values]
@@ -229,7 +229,7 @@ def pets_traces(points, scores):
         )
         lows = [value.value if value.low is None else value.low for value in values]
         highs = [value.value if value.high is None else value.high for value in values]
-        right.vlines(at, lows, highs, color=plotting.INK)
+        right.vlines(at, lows, highs, color=INK)
     right.set_xticks(range(len(names)), names)
     right.set(ylim=(0, 1), ylabel="share within 1 m, second half of the video")
     right.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
@@ -244,4 +244,4 @@ def draw_flow(motion, *, title, largest=None, ax):
     largest = max(largest, 0.1)
     colours = vision.colour_flow(motion, largest=largest)
     wheel = vision.colour_legend(WHEEL)
-    return plotting.plot_flow(colours, wheel, largest=largest, title=title, ax=ax)
+    return plot_flow(colours, wheel, largest=largest, title=title, ax=ax)

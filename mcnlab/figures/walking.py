@@ -3,12 +3,24 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.compass import DIRECTIONS
 from mcnlab.datasets.mirror import SUFFIX
 from mcnlab.errors import ArgumentError, SilhouetteError
 from mcnlab.figures.registry import MIRROR, SEPARATE, START, TRACE
 from mcnlab.figures.registry import figure as _figure
+from mcnlab.plotting.style import INK, PALE, UPPER
+from mcnlab.plotting.walking import (
+    colour_of,
+    group_legend,
+    marker_of,
+    plot_boxes,
+    plot_curves,
+    plot_directions,
+    plot_mask,
+    plot_phase,
+    plot_phase_space,
+    plot_phases,
+)
 from mcnlab.tables import FRAME, SEQUENCE, SUBJECT, H, W
 from mcnlab.vision.silhouettes import close_gaps, find_body, rectify_with_flow
 from mcnlab.walking import phase
@@ -28,7 +40,7 @@ from mcnlab.walking.evaluation import truth_of
 def directions():
     """Figure 3.2."""
     figure, ax = plt.subplots(figsize=(5, 5))
-    plotting.plot_directions(ax)
+    plot_directions(ax)
     return figure
 
 
@@ -46,7 +58,7 @@ def mirroring(recording, mirrored):
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(1, 1.2))
     before = np.bincount(truth_of(recording), minlength=9)[1:]
     after = np.bincount(truth_of(mirrored), minlength=9)[1:]
-    colours = [plotting.colour_of(direction) for direction in DIRECTIONS]
+    colours = [colour_of(direction) for direction in DIRECTIONS]
     left.bar(DIRECTIONS, after, color="white", edgecolor=colours, hatch="///", label="mirrored")
     left.bar(DIRECTIONS, before, color=colours, label="filmed")
     left.set(xlabel="direction", ylabel="videos", xticks=DIRECTIONS, title="Videos a direction")
@@ -55,7 +67,7 @@ def mirroring(recording, mirrored):
     copy = sorted(mirrored.copies)[0]
     original = copy.removesuffix(SUFFIX)
     for name in (original, copy):
-        plotting.plot_boxes(
+        plot_boxes(
             mirrored.sequence(name),
             frame_width=mirrored.frame_width,
             frame_height=mirrored.frame_height,
@@ -63,7 +75,7 @@ def mirroring(recording, mirrored):
             direction=int(mirrored.directions[name]),
             ax=right,
         )
-    right.axvline((mirrored.frame_width - 1) / 2, color=plotting.INK, lw=0.8, ls=":")
+    right.axvline((mirrored.frame_width - 1) / 2, color=INK, lw=0.8, ls=":")
     right.set_title(f"{original} and its mirror image")
     return figure
 
@@ -80,7 +92,7 @@ def box_patterns(recording, *, subject=None):
     """Figure 3.3: boxes in each of the eight directions, of one subject if given."""
     figure, axes = plt.subplots(2, 4, figsize=(11, 4.4))
     for direction, ax in zip(DIRECTIONS, axes.flat, strict=True):
-        plotting.plot_boxes(
+        plot_boxes(
             example_walk(recording, direction, subject=subject),
             frame_width=recording.frame_width,
             frame_height=recording.frame_height,
@@ -132,8 +144,8 @@ def rectified_frames(first, second):
     for masks, rows, name in ((first, axes[:2], "sequence 1"), (second, axes[2:], "sequence 2")):
         mended = rectify_with_flow(masks)
         for index, raw, clean in zip(_measurable(mended, 5), *rows, strict=True):
-            plotting.plot_mask(masks[index], title=f"{name}, frame {index + 1}", ax=raw)
-            plotting.plot_mask(find_body(mended[index]).mask, title="mended", ax=clean)
+            plot_mask(masks[index], title=f"{name}, frame {index + 1}", ax=raw)
+            plot_mask(find_body(mended[index]).mask, title="mended", ax=clean)
     return figure
 
 
@@ -151,8 +163,8 @@ def tracked_frames(masks):
     for index, above, below in zip(_measurable(masks, 5), *axes, strict=True):
         body = find_body(masks[index])
         closed = close_gaps(body.mask)
-        plotting.plot_mask(closed, title=f"frame {index + 1}", ax=above)
-        plotting.plot_mask(closed, box=(body.x, body.y, body.w, body.h), ax=below)
+        plot_mask(closed, title=f"frame {index + 1}", ax=above)
+        plot_mask(closed, box=(body.x, body.y, body.w, body.h), ax=below)
     return figure
 
 
@@ -167,9 +179,7 @@ def tracked_frames(masks):
 def envelope(walk, **thresholds):
     """Figure 3.8."""
     figure, ax = plt.subplots()
-    plotting.plot_phase(
-        _phase(walk, W, thresholds), dimension="w", parts=("extrema", "envelope"), ax=ax
-    )
+    plot_phase(_phase(walk, W, thresholds), dimension="w", parts=("extrema", "envelope"), ax=ax)
     return figure
 
 
@@ -191,7 +201,7 @@ def soft_extrema(walk, **thresholds):
         ("(a) with soft extrema", "(b) without"),
         strict=True,
     ):
-        plotting.plot_phase(found, dimension="w", parts=parts, ax=ax)
+        plot_phase(found, dimension="w", parts=parts, ax=ax)
         ax.set_title(title)
     return figure
 
@@ -208,8 +218,8 @@ def average_line(walk, **thresholds):
     """Figure 3.10: (a) envelope, (b) the average line with it."""
     figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
     found = _phase(walk, W, thresholds)
-    plotting.plot_phase(found, dimension="w", parts=("extrema", "envelope"), ax=axes[0])
-    plotting.plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=axes[1])
+    plot_phase(found, dimension="w", parts=("extrema", "envelope"), ax=axes[0])
+    plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=axes[1])
     axes[0].set_title("(a) envelope")
     axes[1].set_title("(b) average line: the phase")
     return figure
@@ -233,7 +243,7 @@ def near_and_far(recording, **thresholds):
         axes, (right.idxmax(), right.idxmin()), ("(a) closer", "(b) farther"), strict=True
     ):
         found = _phase(recording.sequence(name), W, thresholds)
-        plotting.plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=ax)
+        plot_phase(found, dimension="w", parts=("envelope", "mean"), ax=ax)
         ax.set_title(f"{title}: {name}, {mean[name]:.0f} pixels tall")
     return figure
 
@@ -290,13 +300,13 @@ def thresholds(sweep, claims):
             ax.plot(
                 rows["prominence"],
                 rows[name],
-                color=shades.get(spacing, plotting.PALE),
+                color=shades.get(spacing, PALE),
                 ls="-" if rule == "line" else ":",
                 marker="o",
                 ms=3,
                 label=f"{'drop' if rule == 'line' else 'keep'} soft, spacing {spacing}",
             )
-        ax.axhline(claim, color=plotting.UPPER, ls="--", label="thesis")
+        ax.axhline(claim, color=UPPER, ls="--", label="thesis")
         ax.set(xlabel="prominence (pixels)", title=f"{name}: the thesis has {claim}")
     axes[0].set_ylabel("groups right by resubstitution (share)")
     axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -338,11 +348,11 @@ def slope_and_distance(recording, measured, space):
                 mean.to_numpy()[at],
                 values.to_numpy()[at],
                 ls="",
-                color=plotting.colour_of(direction),
-                marker=plotting.marker_of(direction),
+                color=colour_of(direction),
+                marker=marker_of(direction),
             )
         ax.set(xlabel="mean box height (pixels)", ylabel=label)
-    plotting.group_legend(axes[1])
+    group_legend(axes[1])
     axes[0].set_title("slope: fans out with nearness")
     axes[1].set_title("relative growth: less so")
     return figure
@@ -358,7 +368,7 @@ def slope_and_distance(recording, measured, space):
 def phase_space(recording, space):
     """Sideways speed against relative growth."""
     figure, ax = plt.subplots(figsize=(8, 5))
-    plotting.plot_phase_space(space, truth_of(recording, space.index), ax=ax)
+    plot_phase_space(space, truth_of(recording, space.index), ax=ax)
     return figure
 
 
@@ -394,16 +404,16 @@ def walkers(made, recording, real=None):
     axes = above.subplots(len(rows), 5, squeeze=False)
     for (masks, name), line in zip(rows, axes, strict=True):
         for index, ax in zip(np.linspace(4, len(masks) - 5, 5).astype(int), line, strict=True):
-            plotting.plot_mask(masks[index], ax=ax)
+            plot_mask(masks[index], ax=ax)
         line[0].set_ylabel(name, fontsize=8)
     for walk, ax in zip(made, below.subplots(1, len(made)), strict=True):
-        colour = plotting.colour_of(walk.direction)
+        colour = colour_of(walk.direction)
         names = recording.directions.index[recording.directions == walk.direction]
         for name in names:
             boxes = recording.sequence(name)
             time = (boxes[FRAME] - boxes[FRAME].iloc[0]) / recording.frame_rate
             for dimension in (H, W):
-                ax.plot(time, boxes[dimension], color=plotting.PALE, lw=0.6)
+                ax.plot(time, boxes[dimension], color=PALE, lw=0.6)
         time = np.arange(len(walk.truth)) / walk.walk.frame_rate
         for dimension, style in ((H, "-"), (W, "--")):
             ax.plot(time, walk.truth[dimension], color=colour, ls=style, lw=2)
@@ -452,7 +462,7 @@ def _curves(recording, dimension, subject):
     walks = {
         direction: example_walk(recording, direction, subject=subject) for direction in (1, 3, 4, 5)
     }
-    plotting.plot_curves(walks, dimension, ax=ax)
+    plot_curves(walks, dimension, ax=ax)
     ax.set_title(f"subject {walks[3][SUBJECT].iloc[0]}")
     return figure
 
@@ -465,5 +475,5 @@ def _phase_figure(recording, values, label):
     truth = truth_of(recording)
     separators = LinearSeparators().fit(values.to_numpy(), group_of(truth))
     figure, ax = plt.subplots(figsize=(9, 4.8))
-    plotting.plot_phases(values, truth, separators=separators, label=label, ax=ax)
+    plot_phases(values, truth, separators=separators, label=label, ax=ax)
     return figure

@@ -15,14 +15,12 @@ from scipy import sparse
 
 from mcnlab.checks import (
     require_all,
+    require_array,
     require_count,
     require_flags,
-    require_flat,
-    require_length,
+    require_labels,
+    require_like,
     require_number,
-    require_numbers,
-    require_positive,
-    require_probabilities,
 )
 from mcnlab.errors import ArgumentError
 from mcnlab.statistics import Estimate, _estimate, _weighted_medians, wilson_interval
@@ -80,7 +78,7 @@ def curve_of(occludes, probability, *, weights=None):
     occludes, probability, weights = (
         values[weights > 0] for values in (occludes, probability, weights)
     )
-    require_positive(occludes)
+    _require_positive(occludes)
     falling = np.argsort(-probability, kind="stable")
     occludes, probability, weights = occludes[falling], probability[falling], weights[falling]
     last = np.r_[np.flatnonzero(np.diff(probability)), len(probability) - 1]
@@ -133,9 +131,9 @@ def f1_of(occludes, said, *, weights=None):
         When lengths differ, a flag is neither True nor False, or no pair occludes.
     """
     occludes, said = require_flags("occludes", occludes), require_flags("said", said)
-    require_length(occludes, said=said)
+    require_like(occludes, of="occludes", said=said)
     weights = _check_weights(weights, occludes)
-    require_positive(occludes & (weights > 0))
+    _require_positive(occludes & (weights > 0))
     hits = weights[occludes & said].sum()
     return float(2 * hits / (weights[occludes].sum() + weights[said].sum()))
 
@@ -159,7 +157,7 @@ def count_answers(occludes, probability, threshold):
         When lengths differ, a number is out of range, or no pair occludes.
     """
     occludes, probability = _check_pairs(occludes, probability)
-    require_positive(occludes)
+    _require_positive(occludes)
     said = probability >= require_number("threshold", threshold, low=0, high=1)
     hits, yes, positive = (int(each.sum()) for each in (occludes & said, said, occludes))
     return Answers(
@@ -201,12 +199,12 @@ def best_threshold(occludes, probability, groups=None, *, say=None):
         sequence in which one does.
     """
     occludes, probability = _check_pairs(occludes, probability)
-    require_positive(occludes)
+    _require_positive(occludes)
     say = _check_say(say, groups)
     names = (
-        np.zeros(len(occludes)) if groups is None else require_flat("groups", groups).astype(str)
+        np.zeros(len(occludes)) if groups is None else require_labels("groups", groups).astype(str)
     )
-    require_length(occludes, groups=names)
+    require_like(occludes, of="occludes", groups=names)
     levels = np.unique(probability)
     f1, total = np.zeros(len(levels)), 0.0
     for group in np.unique(names[occludes]):
@@ -311,15 +309,17 @@ def bins_of(probability, bins):
 def _check_pairs(occludes, probability):
     """Flags and probabilities, one of each a pair."""
     occludes = require_flags("occludes", occludes)
-    require_length(occludes, probability=require_numbers("probability", probability))
-    return occludes, require_probabilities("probability", probability)
+    require_like(
+        occludes, of="occludes", probability=require_array("probability", probability, finite=False)
+    )
+    return occludes, require_array("probability", probability, low=0, high=1)
 
 
 def _check_weights(weights, occludes):
     if weights is None:
         return np.ones(len(occludes))
-    weights = require_numbers("weights", weights)
-    require_length(occludes, weights=weights)
+    weights = require_array("weights", weights, finite=False)
+    require_like(occludes, of="occludes", weights=weights)
     if not ((weights >= 0) & (weights <= _HEAVIEST)).all():
         raise ArgumentError(f"weights must hold numbers from 0 to {_HEAVIEST:g}, one a pair.")
     return weights
@@ -498,9 +498,9 @@ def _draw_walkers(truth, *, draws, seed):
     draws, seed = require_count("draws", draws, low=1), require_count("seed", seed)
     held = _columns(truth, TRUTH, argument="truth")
     occludes = held["occludes"] = require_flags("truth.occludes", held["occludes"])
-    require_positive(occludes, name="truth.occludes")
+    _require_positive(occludes, name="truth.occludes")
     for name in ("seconds", "x", "y", "height"):
-        values = held[name] = require_numbers(f"truth.{name}", held[name])
+        values = held[name] = require_array(f"truth.{name}", held[name], finite=False)
         sound = np.isfinite(values) & ((values > 0) | (name != "height"))
         kind = "positive" if name == "height" else "finite"
         require_all(
@@ -527,10 +527,10 @@ def _count(walkers, forecast, threshold, *, argument="forecast"):
     threshold = require_number("threshold", threshold, low=0, high=1)
     occludes = truth["occludes"]
     held = {
-        name: require_numbers(f"{argument}.{name}", values)
+        name: require_array(f"{argument}.{name}", values, finite=False)
         for name, values in _columns(forecast, FORECAST, argument=argument, like=occludes).items()
     }
-    probability = require_probabilities(f"{argument}.probability", held["probability"])
+    probability = require_array(f"{argument}.probability", held["probability"], low=0, high=1)
     for name, sound in (
         ("seconds", held["seconds"] > -np.inf),
         ("x", np.isfinite(held["x"])),
@@ -634,10 +634,19 @@ def _columns(table, names, *, argument, like=None):
             )
         held = {name: np.asarray(getattr(table, name)) for name in names}
     like = held[names[0]] if like is None else like
-    require_length(like, of="the truth", **{f"{argument}.{name}": held[name] for name in names})
+    require_like(like, of="the truth", **{f"{argument}.{name}": held[name] for name in names})
     return held
 
 
 def _codes(name, names):
     """Whole numbers from 0 on, one for each distinct name."""
-    return np.unique(require_flat(name, names).astype(str), return_inverse=True)[1]
+    return np.unique(require_labels(name, names).astype(str), return_inverse=True)[1]
+
+
+def _require_positive(occludes, *, name="occludes"):
+    """Raise `ArgumentError` when no pair occludes."""
+    if not occludes.any():
+        raise ArgumentError(
+            f"{name} names no pair that occludes (and counts), so there is nothing to find; "
+            "pass at least one."
+        )

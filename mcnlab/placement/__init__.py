@@ -1,1 +1,5 @@
 """Where cameras go: cells, votes, coverage, exact choice (thesis chapter 2)."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

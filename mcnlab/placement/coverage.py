@@ -13,7 +13,7 @@ import pandas as pd
 
 from mcnlab.cameras.floor import GridMap
 from mcnlab.cameras.visibility import _check_model, square_on
-from mcnlab.checks import HAIR, check_points, require_count, require_number
+from mcnlab.checks import HAIR, require_count, require_number, require_points
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.tables import (
@@ -154,7 +154,7 @@ def candidates(places, *, model, headings=8, forbidden=None):
         across, up = places.centres()
         places = np.stack([axis.ravel() for axis in np.meshgrid(across, up)], axis=1)
     else:
-        places = check_points("places", places)
+        places = require_points("places", places)
         shape = (len(places),)
     if callable(forbidden):
         forbidden = forbidden(places[:, 0], places[:, 1])

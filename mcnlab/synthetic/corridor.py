@@ -172,7 +172,7 @@ def _require_numbers(name, value, shape):
         raise ArgumentError(f"{name} is {value!r}; pass finite numbers of shape {shape} (metres).")
 
 
-def make_traces(corridor=None, *, walkers=150, seed=0, frame_rate=FRAME_RATE, per_minute=12.0):
+def make_corridor(corridor=None, *, walkers=150, seed=0, frame_rate=FRAME_RATE, per_minute=12.0):
     """People walking in the corridor, their true feet.
 
     Of the walkers about 64 % go from one end to the other, in either sense; 16 % come or go

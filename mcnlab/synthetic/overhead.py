@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 
 from mcnlab.cameras.camera import View
-from mcnlab.checks import check_points, require_count, require_number
+from mcnlab.checks import require_count, require_number, require_points
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
-from mcnlab.synthetic.corridor import Corridor, make_traces
+from mcnlab.synthetic.corridor import Corridor, make_corridor
 from mcnlab.tables import FRAME, TRACE, X, Y, check_traces
 
 TOP_FLOOR: Final = View(
@@ -74,7 +74,7 @@ class OverheadCamera:
         ArgumentError
             When a point is not finite or not in front of the camera.
         """
-        points = check_points("points", points)
+        points = require_points("points", points)
         heights = np.asarray(height, dtype=float)
         if heights.shape not in ((), (len(points),)) or not np.isfinite(heights).all():
             raise ArgumentError(
@@ -150,7 +150,7 @@ def render_corridor(
     corridor : Corridor, optional
     camera : OverheadCamera, optional
     walkers, seed : int, optional
-        As in `make_traces`; 40 walkers take three to four minutes.
+        As in `make_corridor`; 40 walkers take three to four minutes.
     start : float, optional
         Seconds to leave out at the beginning.
     seconds : float, optional
@@ -170,7 +170,7 @@ def render_corridor(
     corridor = Corridor() if corridor is None else corridor
     camera = OverheadCamera() if camera is None else camera
     noise = require_number("noise", noise, low=0, high=50, unit="grey levels")
-    scene = make_traces(corridor, walkers=walkers, seed=seed)
+    scene = make_corridor(corridor, walkers=walkers, seed=seed)
     rate = scene.frame_rate
     first = round(require_number("start", start, low=0, unit="seconds") * rate)
     stop = int(scene.traces[FRAME].max()) + 1
@@ -211,7 +211,7 @@ def render_frames(scene, camera=None, corridor=None, *, start=0, stop=None, nois
     Parameters
     ----------
     scene : Scene
-        Walkers in the corridor, as from `make_traces`.
+        Walkers in the corridor, as from `make_corridor`.
     camera : OverheadCamera, optional
     corridor : Corridor, optional
     start, stop : int, optional

@@ -276,7 +276,7 @@ def scenes():
     McnError
         When files are damaged beyond leaving a trace out.
     """
-    found = [corridor.make_traces(), pets2009_scene()]
+    found = [corridor.make_corridor(), pets2009_scene()]
     folder = data_folder()
     if folder is not None:
         found += trajectories.read_scenes(folder)[0]

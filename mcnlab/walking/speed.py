@@ -10,7 +10,7 @@ p tells of the place as much as of the pace; `level_like` holds it against true 
 import numpy as np
 import pandas as pd
 
-from mcnlab.checks import require_count, require_number, require_numbers
+from mcnlab.checks import require_array, require_count, require_number
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.regression import fit_lines_robust
 from mcnlab.statistics import Estimate, _draw_people
@@ -147,7 +147,7 @@ def level_of(p, *, frame_width, slow=SLOW, fast=FAST):
     fast = require_number("fast", fast, low=0, unit="share of the frame's width")
     if fast < slow:
         raise ArgumentError(f"fast is {fast:g}, below slow, {slow:g}; pass fast ≥ slow.")
-    p = require_numbers("p", p)
+    p = require_array("p", p, finite=False)
     if not (np.isfinite(p) & (p >= 0)).all():
         raise ArgumentError("p holds values that are negative or not finite; pass pixels.")
     return 1 + (p > slow * frame_width).astype(int) + (p > fast * frame_width)
@@ -369,7 +369,7 @@ def _check_windows(people, **columns):
     codes = np.unique(np.asarray(people, dtype=str), return_inverse=True)[1]
     held = []
     for name, values in columns.items():
-        values = require_numbers(name, values)
+        values = require_array(name, values, finite=False)
         if values.shape != codes.shape or values.ndim != 1 or len(values) == 0:
             raise ArgumentError(
                 f"{name} has shape {values.shape}, people {codes.shape}; pass one of each a window."

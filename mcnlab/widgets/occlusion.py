@@ -7,7 +7,6 @@ import numpy as np
 import traitlets
 from matplotlib.colors import to_rgb
 
-from mcnlab import plotting
 from mcnlab.compass import DIRECTIONS, NAMES, heading_of
 from mcnlab.occlusion.thesis import (
     APART,
@@ -30,7 +29,7 @@ from mcnlab.plotting.occlusion import (
     RULE_LABELS,
     WALKER_COLOURS,
 )
-from mcnlab.plotting.style import frame_axes
+from mcnlab.plotting.style import INK, frame_axes
 from mcnlab.walking.speed import LEVELS
 from mcnlab.walking.speed import NAMES as SPEED_NAMES
 from mcnlab.widgets.panel import Panel, choices, decimal_slider
@@ -87,7 +86,7 @@ class TablePicker(ipywidgets.VBox):
         for cell in (change["old"], change["new"]):
             if cell in self._buttons:
                 chosen = cell == change["new"]
-                self._buttons[cell].layout.border = f"2px solid {plotting.INK}" if chosen else ""
+                self._buttons[cell].layout.border = f"2px solid {INK}" if chosen else ""
                 self._buttons[cell].style.font_weight = "bold" if chosen else ""
 
 
@@ -107,7 +106,7 @@ def occlusion_panel():
         _draw_table(left, cell, (level1, level2))
         _draw_walkers(right, walkers, seconds)
         if said.occludes:
-            right.plot(said.x, said.y, "X", ms=11, color=FORESEEN, mec=plotting.INK)
+            right.plot(said.x, said.y, "X", ms=11, color=FORESEEN, mec=INK)
             right.set_title(f"after {seconds:.1f} s; cross: foreseen", fontsize=10)
         return _say(cell, (level1, level2), walkers, said)
 
@@ -160,7 +159,7 @@ def _draw_table(ax, cell, levels):
     ax.set_title(f"Table {number}", fontsize=10)
     one, two = cell
     edge = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2 + (two, one)
-    for colour, width in (("white", 5), (plotting.INK, 2)):
+    for colour, width in (("white", 5), (INK, 2)):
         ax.plot(*edge.T, color=colour, lw=width)
     ax.set_xticks(ticks, labels)
     ax.set_yticks(ticks, labels)

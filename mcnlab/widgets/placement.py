@@ -3,13 +3,20 @@
 import ipywidgets
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.cameras.floor import GridMap
 from mcnlab.cameras.visibility import CameraModel
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.placement import draw_cells
 from mcnlab.placement import cells, votes
 from mcnlab.placement.site import choose_cameras, grid_over, judge_cameras, no_floor, prepare_site
+from mcnlab.plotting.placement import (
+    plot_cameras,
+    plot_forbidden,
+    plot_ground,
+    plot_mesh,
+    plot_served,
+)
+from mcnlab.plotting.style import UPPER
 from mcnlab.tables import X, Y
 from mcnlab.widgets.panel import CellPicker, Panel, choices, decimal_slider, slider
 
@@ -44,11 +51,11 @@ def vote_panel(scene):
             forbidden=barred | no_floor(scene, grid),
             angles=angles,
         )
-        plotting.plot_mesh(grid, placed.votes, most=24, ax=mesh)
-        plotting.plot_ground(grid.area, walls=scene.walls, ax=plan)
+        plot_mesh(grid, placed.votes, most=24, ax=mesh)
+        plot_ground(grid.area, walls=scene.walls, ax=plan)
         draw_cells(grid, placed.cells, ax=plan)
-        plotting.plot_forbidden(grid, barred, ax=plan)
-        plan.plot(placed.places[X], placed.places[Y], "^", ms=11, color=plotting.UPPER, mec="white")
+        plot_forbidden(grid, barred, ax=plan)
+        plan.plot(placed.places[X], placed.places[Y], "^", ms=11, color=UPPER, mec="white")
         counts = np.bincount(placed.cells.kind.ravel(), minlength=3)
         return (
             f"<b>humps: {len(placed.humps)}</b>; cameras at "
@@ -101,10 +108,10 @@ def choice_panel(scene, *, model):
             raise ArgumentError("reach: no camera sees anybody square-on; widen it.")
         cameras, choice = choose_cameras(site, method, n, time_limit=PATIENCE)
         seen = judge_cameras(cameras, site.targets, model=wanted, walls=scene.walls)
-        plotting.plot_ground(scene.area, walls=scene.walls, ax=plan)
-        plotting.plot_forbidden(grid, site.forbidden, ax=plan)
-        plotting.plot_served(site.targets, seen, ax=plan)
-        plotting.plot_cameras(cameras, wanted, method=method, cones=not pans, ax=plan)
+        plot_ground(scene.area, walls=scene.walls, ax=plan)
+        plot_forbidden(grid, site.forbidden, ax=plan)
+        plot_served(site.targets, seen, ax=plan)
+        plot_cameras(cameras, wanted, method=method, cones=not pans, ax=plan)
         proof = "" if choice is None else f", none sees more than {choice.bound:.3f}"
         return f"seen square-on: <b>{seen.mean():.3f}</b> of {len(seen)} walker-seconds{proof}"
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.plotting import vision
+from mcnlab.plotting.vision import plot_flow, plot_frame
 from mcnlab.vision import flow
 from mcnlab.widgets.panel import Panel, choices, decimal_slider, slider
 
@@ -26,8 +26,8 @@ def flow_panel(frames):
             motion = flow.horn_schunck_plain(first, second, alpha=alpha, iterations=iterations)
         mask = flow.moving_mask(motion, speed=speed)
         colours = vision.colour_flow(motion, largest=3.0)
-        plotting.plot_flow(colours, wheel, largest=3.0, ax=left)
-        plotting.plot_frame(255 - mask, ax=right)
+        plot_flow(colours, wheel, largest=3.0, ax=left)
+        plot_frame(255 - mask, ax=right)
         return f"moving: <b>{np.mean(mask > 0):.1%}</b> of the pixels"
 
     return Panel(

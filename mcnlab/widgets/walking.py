@@ -5,10 +5,19 @@ from dataclasses import replace
 import ipywidgets
 import numpy as np
 
-from mcnlab import plotting
 from mcnlab.cameras import horizon
 from mcnlab.datasets.mirror import OBLIQUE, SUFFIX, mirror_boxes, mirror_direction
 from mcnlab.errors import ArgumentError, SilhouetteError
+from mcnlab.plotting.gait import plot_width
+from mcnlab.plotting.speed import plot_by_distance, plot_by_level
+from mcnlab.plotting.style import METHOD_COLOURS, UPPER
+from mcnlab.plotting.walking import (
+    plot_boxes,
+    plot_heading_errors,
+    plot_mask,
+    plot_phase,
+    plot_phases,
+)
 from mcnlab.synthetic.noise import SegmentationNoise, add_noise
 from mcnlab.tables import FRAME, SEQUENCE, H, W
 from mcnlab.vision.silhouettes import MIN_AREA, find_body
@@ -46,8 +55,8 @@ def silhouette_panel(masks, *, seed=0):
             overlaps.append(_overlap(body, truth[held]))
             if held == index:
                 box = (body.x, body.y, body.w, body.h)
-        plotting.plot_mask(noisy[index], box=box, title=f"frame {index + 1}", ax=left)
-        right.plot(sample + 1, overlaps, "o-", color=plotting.METHOD_COLOURS["perspective"])
+        plot_mask(noisy[index], box=box, title=f"frame {index + 1}", ax=left)
+        right.plot(sample + 1, overlaps, "o-", color=METHOD_COLOURS["perspective"])
         right.set(xlabel="frame", ylabel="overlap of box and true box", ylim=(0, 1.05))
         good = np.mean(np.array(overlaps) >= 0.8)
         return f"box right (overlap of 0.8 or more) in <b>{good:.0%}</b> of {len(sample)} frames"
@@ -75,7 +84,7 @@ def mirror_panel(recording):
         mirrored = mirror_direction(direction)
         twin = mirror_boxes(boxes, frame_width=recording.frame_width)
         for ax, rows, way in zip((left, right), (boxes, twin), (direction, mirrored), strict=True):
-            plotting.plot_boxes(
+            plot_boxes(
                 rows,
                 frame_width=recording.frame_width,
                 frame_height=recording.frame_height,
@@ -105,7 +114,7 @@ def phase_panel(recording):
         found = phase.measure_phase(
             boxes[FRAME].to_numpy(), boxes[dimension].to_numpy(), **thresholds
         )
-        plotting.plot_phase(
+        plot_phase(
             found,
             dimension=dimension,
             parts=("extrema", "soft", "envelope", "mean"),
@@ -133,7 +142,7 @@ def separator_panel(recording):
     def draw(ax, dimension, prominence, spacing, soft_rule):
         thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
         values, separators, *shares = judge.measure(dimension, thresholds)
-        plotting.plot_phases(
+        plot_phases(
             values,
             judge.truth,
             separators=separators,
@@ -167,7 +176,7 @@ def heading_panel(recording, *, focal_length):
         )
         right, error, errors = judge_headings(own, headings)
         truth = truth_of(own, headings["sequence"].to_numpy())
-        plotting.plot_heading_errors(errors, truth, ax=ax)
+        plot_heading_errors(errors, truth, ax=ax)
         return (
             f"directions right: <b>{right.value:.3f}</b> [{right.low:.3f}, {right.high:.3f}], "
             f"mean error <b>{error.value:.1f}°</b>, {len(headings)} windows"
@@ -258,12 +267,12 @@ def gait_panel(boxes, truth, *, frame_rate):
         name = there[0]
         walk = walks[name]
         seconds = (walk["frame"] - walk["frame"].iloc[0]) / frame_rate
-        plotting.plot_width(seconds, walk[W], colour=plotting.METHOD_COLOURS["growth"], ax=left)
+        plot_width(seconds, walk[W], colour=METHOD_COLOURS["growth"], ax=left)
         left.set_ylim(0, 1.05 * boxes[W].max())
         lags, correlation, period = gait.rhythm_of(walk, frame_rate=frame_rate)
-        right.plot(lags, correlation, color=plotting.METHOD_COLOURS["growth"])
+        right.plot(lags, correlation, color=METHOD_COLOURS["growth"])
         if period.step > 0:
-            right.plot(period.step, period.peak, "o", color=plotting.UPPER)
+            right.plot(period.step, period.peak, "o", color=UPPER)
         right.set(xlim=(0, 1.6), ylim=(-1, 1), xlabel="lag (s)", ylabel="autocorrelation")
         found = f"step <b>{period.step:.2f} s</b>" if period.detectable else "<b>no rhythm</b>"
         return (
@@ -309,7 +318,7 @@ def speed_panel(tables):
         table = held[where, seconds]
         right.set_xticks([])  # nothing is said of the levels if the thresholds are refused
         level = level_of(table["share"], frame_width=1, slow=slow / 100, fast=fast / 100)
-        plotting.plot_by_distance(
+        plot_by_distance(
             table["distance"],
             100 * table["share"],
             level,
@@ -319,7 +328,7 @@ def speed_panel(tables):
             ax=left,
         )
         speed = table["true_speed"].to_numpy()
-        plotting.plot_by_level(speed, level, ax=right)
+        plot_by_level(speed, level, ax=right)
         said = ", ".join(
             f"{NAMES[one]} <b>{np.median(speed[level == one]):.2f} m/s</b>"
             if (level == one).any()

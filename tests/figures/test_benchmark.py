@@ -15,15 +15,24 @@ import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 
-from mcnlab import figures, plotting, widgets
+from mcnlab import plotting, widgets
 from mcnlab.errors import ArgumentError
+from mcnlab.figures.registry import draw
 from mcnlab.occlusion import benchmark
 from mcnlab.occlusion.forecasters import ConstantVelocity, Perspective, Thesis
 from mcnlab.occlusion.pairs import Rules, cover_of, find_pairs, lay_over
 from mcnlab.occlusion.scores import average_precision, count_answers, reliability_of
 from mcnlab.occlusion.thesis import APART, BY_SPEED, CERTAIN, direction_table
-from mcnlab.plotting.benchmark import describe_recording, shorten
-from mcnlab.plotting.pairs import follow_pair, guess_boxes, guess_cover, pick_forecasts
+from mcnlab.plotting.benchmark import (
+    describe_recording,
+    plot_precision_recall,
+    plot_reliability,
+    plot_scores,
+    plot_shares_by_cell,
+    shorten,
+)
+from mcnlab.plotting.pairs import follow_pair, guess_boxes, guess_cover, pick_forecasts, plot_moment
+from mcnlab.plotting.style import FORECAST_COLOURS, FORECAST_LINES, FORECAST_MARKERS
 from mcnlab.statistics import Estimate, wilson_interval
 from mcnlab.synthetic.crossings import make_crossings
 from mcnlab.tables import H, W, X, Y
@@ -112,7 +121,7 @@ def marks(ax):
     [("foresight-scores", ("f1", "ap")), ("foresight-errors", ("time_error_s", "place_error"))],
 )
 def test_marks_and_bars_are_the_scores_and_their_intervals(judged, number, measures):
-    axes = figures.draw(number, judged).axes
+    axes = draw(number, judged).axes
     for ax, measure in zip(axes, measures, strict=True):
         drawn = lines_of(ax)
         intervals = [held for held in ax.collections if isinstance(held, LineCollection)]
@@ -128,7 +137,7 @@ def test_marks_and_bars_are_the_scores_and_their_intervals(judged, number, measu
 
 
 def test_moving_cameras_stand_last_and_on_grey(judged):
-    ax = figures.draw("foresight-scores", judged).axes[0]
+    ax = draw("foresight-scores", judged).axes[0]
     names = [text.get_text() for text in ax.get_yticklabels()]
     assert names == [describe_recording(judged, name) for name in ("one", "two", LONG)]
     assert [", moving camera" in name for name in names] == [False, False, True]
@@ -151,14 +160,14 @@ def test_a_score_that_does_not_exist_is_said_so(judged):
     held["two", "thesis"] = held["two", "thesis"]._replace(
         time_error_s=Estimate(sure.value, None, None, 9)
     )
-    ax = figures.draw("foresight-errors", replace(judged, scores=held)).axes[0]
+    ax = draw("foresight-errors", replace(judged, scores=held)).axes[0]
     assert texts_of(ax) == ["none"]
     assert len(lines_of(ax)["thesis"].get_xdata()) == 2
     assert len(ax.collections[0].get_segments()) == 1
 
 
 def test_broad_bars_are_the_middle_half_of_the_errors(judged):
-    ax = figures.draw("foresight-errors", judged).axes[0]
+    ax = draw("foresight-errors", judged).axes[0]
     table = judged.of("one")
     said = table["perspective.probability"] >= judged.thresholds.loc["one", "perspective"]
     right = table[said & table["occludes"]]
@@ -168,24 +177,24 @@ def test_broad_bars_are_the_middle_half_of_the_errors(judged):
 
 def test_unknown_measures_are_refused(judged):
     with pytest.raises(ArgumentError, match="measure is 'f2'; pass one of 'precision'"):
-        plotting.plot_scores(judged, "f2", label="F2")
+        plot_scores(judged, "f2", label="F2")
 
 
 # curves
 
 
 def test_the_area_under_a_drawn_curve_is_its_average_precision(judged):
-    axes = figures.draw("foresight-curves", judged).axes
+    axes = draw("foresight-curves", judged).axes
     for ax, name in zip(axes, judged.recordings, strict=True):
         stepped = [line for line in ax.lines if line.get_drawstyle() == "steps-pre"]
         for method, line in zip(benchmark.METHODS[1:], stepped, strict=True):
             area = np.sum(np.diff(line.get_xdata()) * line.get_ydata()[1:])
             assert area == pytest.approx(judged.scores[name, method].ap.value)
-            assert line.get_color() == plotting.FORECAST_COLOURS[method]
+            assert line.get_color() == FORECAST_COLOURS[method]
 
 
 def test_points_are_precision_and_recall_at_the_chosen_threshold(judged):
-    axes = figures.draw("foresight-curves", judged).axes
+    axes = draw("foresight-curves", judged).axes
     for ax, name in zip(axes, judged.recordings, strict=True):
         for method in benchmark.METHODS:
             point, held = lines_of(ax)[method], judged.scores[name, method]
@@ -194,16 +203,16 @@ def test_points_are_precision_and_recall_at_the_chosen_threshold(judged):
 
 
 def test_nobody_who_says_no_throughout_has_a_point(tables):
-    ax = plotting.plot_precision_recall(tables["one"], {"thesis": 1.0, "perspective": 1.0})
+    ax = plot_precision_recall(tables["one"], {"thesis": 1.0, "perspective": 1.0})
     probability = tables["one"]["perspective.probability"]
     assert ("perspective" in lines_of(ax)) == (probability.max() >= 1)
     never = tables["one"].assign(**{"perspective.probability": 0.9 * probability})
-    ax = plotting.plot_precision_recall(never, {"perspective": 1.0})
+    ax = plot_precision_recall(never, {"perspective": 1.0})
     assert "perspective" not in lines_of(ax)
 
 
 def test_lines_of_one_f1_hold_that_f1(tables):
-    ax = plotting.plot_precision_recall(tables["one"], {})
+    ax = plot_precision_recall(tables["one"], {})
     for f1, line in zip((0.2, 0.4, 0.6, 0.8), ax.lines, strict=True):
         recall, precision = line.get_data()
         np.testing.assert_allclose(2 * recall * precision / (recall + precision), f1)
@@ -214,7 +223,7 @@ def test_lines_of_one_f1_hold_that_f1(tables):
 
 
 def test_reliability_is_drawn_as_it_is_measured(judged):
-    axes = figures.draw("foresight-calibration", judged).axes
+    axes = draw("foresight-calibration", judged).axes
     for ax, name in zip(axes, judged.recordings, strict=True):
         table = judged.of(name)
         if table["occludes"].mean() < plotting.benchmark.RARE:
@@ -233,7 +242,7 @@ def test_rare_occlusion_has_logarithmic_axes_and_zero_at_their_edge():
     probability = np.r_[np.full(1000, 0.002), np.full(50, 0.25), np.full(20, 0.95)]
     occludes = np.r_[np.arange(1000) < 3, np.zeros(50), np.arange(20) < 18].astype(bool)
     table = pd.DataFrame({"occludes": occludes, "perspective.probability": probability})
-    ax = plotting.plot_reliability(table, ["perspective"])
+    ax = plot_reliability(table, ["perspective"])
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
     line = lines_of(ax)["perspective"]
     np.testing.assert_allclose(line.get_xdata(), [0.002, 0.25, 0.95])
@@ -252,7 +261,7 @@ def test_shares_of_few_pairs_are_pale_and_not_joined():
             "learned.probability": np.r_[np.full(50, 0.45), np.full(few, 0.95)],
         }
     )
-    ax = plotting.plot_reliability(table, ["learned"])
+    ax = plot_reliability(table, ["learned"])
     assert list(lines_of(ax)["learned"].get_xdata()) == [pytest.approx(0.45)]
     (pale,) = (line for line in ax.lines if line.get_alpha() == 0.3 and len(line.get_xdata()))
     assert (list(pale.get_xdata()), pale.get_linestyle()) == ([pytest.approx(0.95)], "None")
@@ -264,7 +273,7 @@ def test_shares_of_few_pairs_are_pale_and_not_joined():
 @pytest.mark.parametrize("number", PANELS)
 @pytest.mark.parametrize("names", [["one", "two"], ["one", LONG], ["two", "one", LONG]])
 def test_any_recordings_can_be_drawn(judged, number, names):
-    drawn = figures.draw(number, subset(judged, names))
+    drawn = draw(number, subset(judged, names))
     drawn.canvas.draw()
     many = {"foresight-curves", "foresight-calibration"}
     assert len(drawn.axes) == (len(names) if number in many else 2)
@@ -285,7 +294,7 @@ def test_as_many_recordings_as_there_are_fit(judged, count):
         {},
         dict.fromkeys(names, False),
     )
-    drawn = figures.draw("foresight-curves", many)
+    drawn = draw("foresight-curves", many)
     titles = [ax.get_title(loc="left").split("\n")[0] for ax in drawn.axes]
     assert titles == names
     # The lowest of each column, and no other, says what it measures.
@@ -306,7 +315,7 @@ def test_long_names_lose_their_middle():
 
 def test_cells_hold_the_shares_that_were_counted(judged):
     held = benchmark.count_experience(judged.table)
-    drawn = figures.draw("learned-table", {"made": held}, least=5)
+    drawn = draw("learned-table", {"made": held}, least=5)
     pairs, occluding = held.by_direction()
     rule, learned = drawn.axes[0], drawn.axes[3]
     assert [text.get_text() for text in rule.texts] == [
@@ -326,7 +335,7 @@ def test_cells_hold_the_shares_that_were_counted(judged):
 
 def test_speed_tables_stand_below_with_their_side(judged):
     held = benchmark.count_experience(judged.table)
-    drawn = figures.draw("learned-table", {"a": held, "b": held})
+    drawn = draw("learned-table", {"a": held, "b": held})
     assert len(drawn.axes) == 9
     for ax, side in zip(drawn.axes[4:6], ("right", "left"), strict=True):
         assert side in ax.get_title(loc="left")
@@ -341,7 +350,7 @@ def test_cells_that_disagree_with_the_rule_are_marked():
     rule = np.array([[APART, APART, CERTAIN], [CERTAIN, BY_SPEED, APART], [APART, CERTAIN, APART]])
     pairs = np.array([[100, 100, 100], [100, 100, 30], [19, 30, 100]])
     occluding = np.array([[40, 10, 10], [40, 90, 7], [19, 5, 20]])
-    ax = plotting.plot_shares_by_cell(pairs, occluding, rule, mean=0.2)
+    ax = plot_shares_by_cell(pairs, occluding, rule, mean=0.2)
     found = {at: (line.get_gid().split()[0], line.get_marker()) for at, line in marks(ax).items()}
     # (3, 3) has the mean itself, (1, 3) too few pairs, and by speed is no wrong answer.
     assert found == {
@@ -358,7 +367,7 @@ def test_cells_that_disagree_with_the_rule_are_marked():
 @pytest.mark.parametrize(("some", "mean"), [(0, 0.0), (1, 1.0)])
 def test_tables_without_contrast_can_be_drawn(some, mean):
     pairs = np.full((3, 3), 50)
-    ax = plotting.plot_shares_by_cell(pairs, some * pairs, np.zeros((3, 3)), mean=mean)
+    ax = plot_shares_by_cell(pairs, some * pairs, np.zeros((3, 3)), mean=mean)
     assert np.isfinite(ax.images[0].get_array()).all()
     assert not marks(ax)
 
@@ -367,17 +376,17 @@ def test_impossible_counts_are_refused(judged):
     held = benchmark.count_experience(judged.table)
     rule = direction_table()
     with pytest.raises(ArgumentError, match=r"shapes \(8, 8\), \(8, 8\) and \(3, 3\)"):
-        plotting.plot_shares_by_cell(*held.by_direction(), np.zeros((3, 3)), mean=0.1)
+        plot_shares_by_cell(*held.by_direction(), np.zeros((3, 3)), mean=0.1)
     pairs, occluding = held.by_direction()
     with pytest.raises(ArgumentError, match="occluding holds more than pairs"):
-        plotting.plot_shares_by_cell(pairs, pairs + 1, rule, mean=0.1)
+        plot_shares_by_cell(pairs, pairs + 1, rule, mean=0.1)
     with pytest.raises(ArgumentError, match="least is 0"):
-        plotting.plot_shares_by_cell(pairs, occluding, rule, mean=0.1, least=0)
+        plot_shares_by_cell(pairs, occluding, rule, mean=0.1, least=0)
     with pytest.raises(ArgumentError, match="experience is empty"):
-        figures.draw("learned-table", {})
+        draw("learned-table", {})
     nothing = benchmark.Experience(*np.zeros((2, 8, 8, 3, 3), int))
     with pytest.raises(ArgumentError, match="'nobody' holds no pair"):
-        figures.draw("learned-table", {"nobody": nothing})
+        draw("learned-table", {"nobody": nothing})
 
 
 # one pair
@@ -446,7 +455,7 @@ def test_foreseen_cover_is_that_of_foreseen_boxes(pairs):
 def test_a_moment_shows_both_boxes_and_the_feet_until_then(square, pairs):
     number = int(np.flatnonzero(pairs.occludes)[0])
     story = follow_pair(square, pairs, number)
-    ax = plotting.plot_moment(story, 0.0)
+    ax = plot_moment(story, 0.0)
     tracks, boxes = ax.lines[::2], ax.lines[1::2]
     at = story.nearest(0)
     for walker in (0, 1):
@@ -461,7 +470,7 @@ def test_a_moment_shows_both_boxes_and_the_feet_until_then(square, pairs):
 
 def test_a_pair_is_told_in_four_moments_and_over_time(square, pairs, forecasts):
     number = int(np.flatnonzero(pairs.occludes)[2])
-    drawn = figures.draw("foresight-pair", square, pairs, number, forecasts)
+    drawn = draw("foresight-pair", square, pairs, number, forecasts)
     *moments, below = drawn.axes
     titles = [ax.get_title(loc="left") for ax in moments]
     late, said = pairs.seconds[number], forecasts["perspective"].seconds[number]
@@ -486,7 +495,7 @@ def test_a_pair_is_told_in_four_moments_and_over_time(square, pairs, forecasts):
 def test_a_pair_that_never_occludes_is_followed_to_the_horizon(square, pairs, forecasts):
     number = int(np.flatnonzero(~pairs.occludes)[0])
     only = {"thesis": forecasts["thesis"]}
-    drawn = figures.draw("foresight-pair", square, pairs, number, only, thresholds={"thesis": 0.0})
+    drawn = draw("foresight-pair", square, pairs, number, only, thresholds={"thesis": 0.0})
     titles = [ax.get_title(loc="left") for ax in drawn.axes[:4]]
     assert "3.0 s: they do not occlude" in titles
     assert "truth" not in lines_of(drawn.axes[3])
@@ -515,10 +524,10 @@ def test_pairs_and_forecasts_of_something_else_are_refused(square, pairs, foreca
 
 def test_forecasters_are_told_apart_in_grey_by_marker_and_by_line():
     weights = np.array([0.2126, 0.7152, 0.0722])
-    grey = sorted(float(weights @ to_rgb(held)) for held in plotting.FORECAST_COLOURS.values())
+    grey = sorted(float(weights @ to_rgb(held)) for held in FORECAST_COLOURS.values())
     # A twentieth of the range is about the least step that a print shows.
     assert np.diff(grey).min() > 0.05
-    for held in (plotting.FORECAST_COLOURS, plotting.FORECAST_MARKERS, plotting.FORECAST_LINES):
+    for held in (FORECAST_COLOURS, FORECAST_MARKERS, FORECAST_LINES):
         assert tuple(held) == benchmark.METHODS
         assert len(set(held.values())) == len(held)
 

@@ -13,19 +13,25 @@ import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 
-from mcnlab import compass, figures, plotting
+from mcnlab import compass, figures
 from mcnlab.cameras.floor import GridMap
 from mcnlab.cameras.visibility import CameraModel
 from mcnlab.control import pan_tilt
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.placement import draw_cells
+from mcnlab.figures.registry import FIGURES, NOTEBOOKS, draw
+from mcnlab.figures.walking import example_walk
 from mcnlab.placement import cells
 from mcnlab.placement.site import choose_cameras, judge_cameras, prepare_site
 from mcnlab.placement.votes import place_by_votes
 from mcnlab.plotting import vision
+from mcnlab.plotting.gait import plot_rhythm
+from mcnlab.plotting.placement import plot_cameras, plot_histogram, plot_mesh
+from mcnlab.plotting.style import GROUP_COLOURS, LOWER, UPPER
+from mcnlab.plotting.walking import colour_of
 from mcnlab.statistics import Estimate
-from mcnlab.synthetic.corridor import make_traces
+from mcnlab.synthetic.corridor import make_corridor
 from mcnlab.synthetic.shifts import make_motion
 from mcnlab.synthetic.walkers import make_walks
 from mcnlab.vision import flow, recordings
@@ -66,24 +72,24 @@ def closed():
 
 
 def test_every_thesis_figure_of_the_section_is_registered():
-    registered = [number for number, entry in figures.FIGURES.items() if entry.section]
+    registered = [number for number, entry in FIGURES.items() if entry.section]
     assert sorted(registered) == sorted(THESIS)
 
 
 def test_every_figure_says_what_it_asks_and_what_is_seen():
-    for entry in figures.FIGURES.values():
+    for entry in FIGURES.values():
         assert entry.claim, entry.number
         assert entry.finding or entry.ids, entry.number
-        assert entry.notebook in figures.NOTEBOOKS, entry.number
+        assert entry.notebook in NOTEBOOKS, entry.number
 
 
 def test_unknown_figure_is_named():
     with pytest.raises(ArgumentError, match=r"9\.9"):
-        figures.draw("9.9")
+        draw("9.9")
 
 
 def test_eight_directions_are_labelled_clockwise():
-    ax = figures.draw("3.2").axes[0]
+    ax = draw("3.2").axes[0]
     at = {
         int(text.get_text()[0]): text.get_position() for text in ax.texts if "\n" in text.get_text()
     }
@@ -93,18 +99,18 @@ def test_eight_directions_are_labelled_clockwise():
 
 
 def test_curves_hold_the_walks_heights(casia):
-    ax = figures.draw("3.4", casia).axes[0]
+    ax = draw("3.4", casia).axes[0]
     for line, way in zip(ax.lines, (1, 3, 4, 5), strict=True):
-        walk = figures.example_walk(casia, way)
+        walk = example_walk(casia, way)
         np.testing.assert_array_equal(line.get_ydata(), walk["h"])
         np.testing.assert_array_equal(line.get_xdata(), walk["frame"])
-        assert line.get_color() == plotting.colour_of(way)
+        assert line.get_color() == colour_of(way)
     assert "pixels" in ax.get_ylabel()
 
 
 def test_boxes_are_drawn_where_they_are(casia):
-    axes = figures.draw("3.3", casia).axes
-    walk = figures.example_walk(casia, 1)
+    axes = draw("3.3", casia).axes
+    walk = example_walk(casia, 1)
     first = axes[0].patches[0]
     assert (*first.get_xy(), first.get_width(), first.get_height()) == tuple(
         walk.iloc[0][["x", "y", "w", "h"]]
@@ -113,7 +119,7 @@ def test_boxes_are_drawn_where_they_are(casia):
 
 @pytest.mark.parametrize(("number", "column"), [("3.12", "m_h"), ("3.13", "m_w")])
 def test_phases_and_separators_are_drawn(casia, measured, number, column):
-    ax = figures.draw(number, casia, measured).axes[0]
+    ax = draw(number, casia, measured).axes[0]
     truth = evaluation.truth_of(casia)
     drawn = {line.get_label(): line.get_ydata() for line in ax.lines}
     for way, name in compass.NAMES.items():
@@ -124,16 +130,16 @@ def test_phases_and_separators_are_drawn(casia, measured, number, column):
 
 
 def test_mean_line_lies_midway_between_the_envelopes(casia):
-    ax = figures.draw("3.10", figures.example_walk(casia, 6)).axes[1]
+    ax = draw("3.10", example_walk(casia, 6)).axes[1]
     lines = {line.get_label().split(",")[0]: line.get_ydata() for line in ax.lines}
     middle = (lines["upper envelope"] + lines["lower envelope"]) / 2
     np.testing.assert_allclose(lines["phase"], middle)
 
 
 def test_soft_extrema_are_on_the_wrong_side_of_the_regression(casia):
-    walk = figures.example_walk(casia, 6)
+    walk = example_walk(casia, 6)
     found = phase.measure_phase(walk["frame"].to_numpy(), walk["w"].to_numpy())
-    lines = {line.get_label(): line for line in figures.draw("3.9", walk).axes[0].lines}
+    lines = {line.get_label(): line for line in draw("3.9", walk).axes[0].lines}
     np.testing.assert_array_equal(lines["soft"].get_xdata(), found.frames[found.soft])
     for at in found.soft:
         side = found.curve[at] - found.trend.at(found.frames[at])
@@ -143,7 +149,7 @@ def test_soft_extrema_are_on_the_wrong_side_of_the_regression(casia):
 
 def test_masks_are_drawn_dark_and_boxed():
     masks = make_walks(subjects=1, directions=(6,), seed=1)[0].masks
-    axes = figures.draw("3.7", masks).axes
+    axes = draw("3.7", masks).axes
     box = axes[5].patches[0]
     ys, xs = np.nonzero(axes[5].images[0].get_array() == 0)
     assert box.get_x() == pytest.approx(xs.min() - 0.5)
@@ -154,7 +160,7 @@ def test_masks_are_drawn_dark_and_boxed():
 
 def test_rectified_frames_lose_their_specks():
     first, second = recordings.example_masks(3), recordings.example_masks(5)
-    axes = figures.draw("3.6", first, second).axes
+    axes = draw("3.6", first, second).axes
     for raw, mended in zip(axes[0:5], axes[5:10], strict=True):
         import cv2
 
@@ -166,7 +172,7 @@ def test_rectified_frames_lose_their_specks():
 
 
 def test_near_walker_is_the_tallest_in_direction_3(casia):
-    axes = figures.draw("3.11", casia).axes
+    axes = draw("3.11", casia).axes
     mean = casia.boxes.groupby("sequence")["h"].mean()
     right = mean[casia.directions.index[casia.directions == 3]]
     assert right.idxmax() in axes[0].get_title(loc="left")
@@ -175,7 +181,7 @@ def test_near_walker_is_the_tallest_in_direction_3(casia):
 
 def test_mirror_bars_count_videos(casia):
     filmed = casia.without_copies()
-    ax = figures.draw("mirror", filmed, casia).axes[0]
+    ax = draw("mirror", filmed, casia).axes[0]
     heights = [bar.get_height() for bar in ax.patches]
     np.testing.assert_array_equal(heights[:8], np.bincount(evaluation.truth_of(casia))[1:])
     np.testing.assert_array_equal(
@@ -184,7 +190,7 @@ def test_mirror_bars_count_videos(casia):
 
 
 def test_phase_space_is_a_ring_in_the_order_of_directions(casia, space):
-    ax = figures.draw("phase-space", casia, space).axes[0]
+    ax = draw("phase-space", casia, space).axes[0]
     turns = []
     for line in ax.lines:
         x, y = np.median(line.get_xdata()), np.median(line.get_ydata())
@@ -196,7 +202,7 @@ def test_phase_space_is_a_ring_in_the_order_of_directions(casia, space):
 def test_heading_errors_are_drawn_at_their_direction(casia):
     headings = heading.measure_headings(casia, focal_length=450)
     _, _, errors = evaluation.judge_headings(casia, headings)
-    ax = figures.draw("heading", casia, {"whole walks": (headings, errors)}).axes[0]
+    ax = draw("heading", casia, {"whole walks": (headings, errors)}).axes[0]
     truth = evaluation.truth_of(casia, headings["sequence"])
     dots = [line for line in ax.lines if line.get_linestyle() == "None"]
     for way, line in zip(range(1, 9), dots, strict=True):
@@ -205,16 +211,16 @@ def test_heading_errors_are_drawn_at_their_direction(casia):
 
 
 def test_slope_growth_and_threshold_figures_hold_their_data(casia, measured, space):
-    figure = figures.draw("slope", casia, measured, space)
+    figure = draw("slope", casia, measured, space)
     for ax, values in zip(figure.axes, (measured["m_h"], space["height_growth"]), strict=True):
         drawn = np.concatenate([line.get_ydata() for line in ax.lines])
         np.testing.assert_array_equal(np.sort(drawn), np.sort(values))
     drawn = np.concatenate(
-        [line.get_ydata() for line in figures.draw("growth", casia, space).axes[0].lines[:8]]
+        [line.get_ydata() for line in draw("growth", casia, space).axes[0].lines[:8]]
     )
     np.testing.assert_array_equal(np.sort(drawn), np.sort(space["height_growth"]))
     sweep = evaluation.sweep_thresholds(casia, prominences=[1, 8], spacings=[5])
-    ax = figures.draw("thresholds", sweep, {"height": 0.9375, "width": 0.8375}).axes[0]
+    ax = draw("thresholds", sweep, {"height": 0.9375, "width": 0.8375}).axes[0]
     np.testing.assert_array_equal(ax.lines[1].get_ydata(), sweep["height"][:2])
     assert ax.lines[-1].get_ydata()[0] == 0.9375
 
@@ -233,7 +239,7 @@ def test_groups_are_told_apart_in_grey():
     from matplotlib.colors import to_rgb
 
     weights = np.array([0.2126, 0.7152, 0.0722])
-    grey = sorted(float(weights @ to_rgb(colour)) for colour in plotting.GROUP_COLOURS.values())
+    grey = sorted(float(weights @ to_rgb(colour)) for colour in GROUP_COLOURS.values())
     # A twentieth of the range is about the least step that a print shows; markers help.
     assert np.diff(grey).min() > 0.05
 
@@ -246,7 +252,7 @@ CHAOS_RATIO = 0.3  # low, for a few walkers to make some chaos
 @pytest.fixture(scope="module")
 def corridor():
     """A few people in the made corridor: (scene, grid, placed)."""
-    scene = make_traces(walkers=40, seed=1)
+    scene = make_corridor(walkers=40, seed=1)
     grid = GridMap.over(scene.area, cell=0.5)
     placed = place_by_votes(scene.traces, grid, n=2, chaos_ratio=CHAOS_RATIO)
     return scene, grid, placed
@@ -291,7 +297,7 @@ def bars(ax):
 
 def test_a_gait_cycle_runs_from_heel_strike_to_heel_strike_of_one_foot():
     masks = recordings.example_masks(3)
-    axes = figures.draw("2.1", masks, frame_rate=25, count=9).axes
+    axes = draw("2.1", masks, frame_rate=25, count=9).axes
     boxes = measure_sequence(masks).set_index("frame")
     events = gait.find_events(boxes.index, boxes["w"], frame_rate=25)
     times = [float(ax.get_title(loc="left").split()[0]) for ax in axes]
@@ -312,8 +318,8 @@ def test_a_gait_cycle_shows_the_masks_it_measured_though_the_first_are_empty():
     masks = make_walks(subjects=1, directions=(3,), seed=0)[0].masks
     late = np.concatenate([np.zeros_like(masks[:7]), masks])
     for ax, other in zip(
-        figures.draw("2.1", masks, frame_rate=25).axes,
-        figures.draw("2.1", late, frame_rate=25).axes,
+        draw("2.1", masks, frame_rate=25).axes,
+        draw("2.1", late, frame_rate=25).axes,
         strict=True,
     ):
         np.testing.assert_array_equal(ax.images[0].get_array(), other.images[0].get_array())
@@ -332,7 +338,7 @@ def test_widths_are_those_of_the_walks_and_marked_square_on(casia, angled, subje
         )
         boxes = boxes[boxes["subject"] == "s01"]
         truth = truth[truth["subject"] == "s01"]
-    axes = np.reshape(figures.draw("2.2", casia, boxes, truth).axes, (2, 3))
+    axes = np.reshape(draw("2.2", casia, boxes, truth).axes, (2, 3))
     for column, angle in enumerate((0, 45, 90)):
         # The first that comes towards the camera, or crosses.
         at = truth[(truth["angle"] == angle) & truth["heading"].between(90, 270)]
@@ -355,9 +361,9 @@ def test_widths_are_those_of_the_walks_and_marked_square_on(casia, angled, subje
 
 
 def test_the_rhythm_is_drawn_with_its_period(casia):
-    axes = figures.draw("rhythm", casia).axes
+    axes = draw("rhythm", casia).axes
     for ax, way in zip(axes, (5, 4, 3), strict=True):
-        walk = figures.example_walk(casia, way)
+        walk = example_walk(casia, way)
         lags, correlation, period = gait.rhythm_of(walk, frame_rate=casia.frame_rate)
         np.testing.assert_array_equal(ax.lines[1].get_xdata(), lags)
         np.testing.assert_array_equal(ax.lines[1].get_ydata(), correlation)
@@ -366,7 +372,7 @@ def test_the_rhythm_is_drawn_with_its_period(casia):
 
 
 def test_a_curve_without_a_peak_is_drawn_without_one():
-    ax = plotting.plot_rhythm([0, 0.1], [1.0, 0.5], period=gait.Period(0.0, 0.0, 0.0, 1.0, False))
+    ax = plot_rhythm([0, 0.1], [1.0, 0.5], period=gait.Period(0.0, 0.0, 0.0, 1.0, False))
     assert len(ax.lines) == 2
 
 
@@ -388,7 +394,7 @@ def test_view_angles_are_drawn_with_intervals():
         table.assign(share=table["share"] / 3),
         table.assign(peak=table["peak"] / 2),
     ]
-    left, right = figures.draw("view-angle", *tables).axes
+    left, right = draw("view-angle", *tables).axes
     for ax, value, low in ((left, "peak", "peak_low"), (right, "share", "low")):
         assert segments(ax) == [3, 3, 3, 3]
         for one, line, rise in zip(tables, ax.lines, ax.collections, strict=True):
@@ -399,7 +405,7 @@ def test_view_angles_are_drawn_with_intervals():
 
 def test_loci_are_one_line_a_walker_over_the_grid(corridor):
     scene, grid, _ = corridor
-    ax = figures.draw("2.3", scene, grid).axes[0]
+    ax = draw("2.3", scene, grid).axes[0]
     assert segments(ax) == [len(scene.walls), grid.columns + 1, grid.rows + 1, 40]
     drawn = np.concatenate(ax.collections[-1].get_segments())
     np.testing.assert_array_equal(drawn, scene.traces[["x", "y"]])
@@ -408,7 +414,7 @@ def test_loci_are_one_line_a_walker_over_the_grid(corridor):
 
 
 def test_patterns_are_drawn_with_the_angle_inferred():
-    axes = figures.draw("2.4").axes
+    axes = draw("2.4").axes
     examples = cells.example_patterns()
     for ax, (name, pattern) in zip(axes, examples.items(), strict=False):
         dark = ax.collections[0].get_array().reshape(8, 8) < 1
@@ -430,7 +436,7 @@ def test_patterns_are_drawn_with_the_angle_inferred():
 
 def test_three_kinds_of_cells_are_drawn_with_their_histograms(corridor):
     scene, grid, placed = corridor
-    figure = figures.draw("2.5", scene, grid, placed, chaos_ratio=CHAOS_RATIO)
+    figure = draw("2.5", scene, grid, placed, chaos_ratio=CHAOS_RATIO)
     axes = np.reshape(figure.axes, (2, 3))
     walks = placed.cells.histograms.sum(axis=2)
     kinds = (cells.DIRECTED, cells.CHAOS, cells.NO_LOCUS)
@@ -446,7 +452,7 @@ def test_three_kinds_of_cells_are_drawn_with_their_histograms(corridor):
 
 
 def test_a_kind_of_cell_that_is_not_there_is_said_to_be_missing(hall):
-    axes = np.reshape(figures.draw("2.5", *hall, chaos_ratio=0.8).axes, (2, 3))
+    axes = np.reshape(draw("2.5", *hall, chaos_ratio=0.8).axes, (2, 3))
     for ax in axes[:, 1]:
         assert [text.get_text() for text in ax.texts] == ["no such cell here"]
         assert not ax.axison
@@ -455,26 +461,26 @@ def test_a_kind_of_cell_that_is_not_there_is_said_to_be_missing(hall):
 
 def test_a_histogram_shows_the_chaos_rule():
     counts = [3, 5, 10, 2, 8, 0, 1, 0]
-    ax = plotting.plot_histogram(counts, chaos_ratio=0.6, title="a cell")
+    ax = plot_histogram(counts, chaos_ratio=0.6, title="a cell")
     assert bars(ax) == counts
     assert [bar.get_x() + bar.get_width() / 2 for bar in ax.patches] == pytest.approx(
         [22.5 * number for number in range(8)]
     )
     assert list(ax.lines[0].get_ydata()) == [6, 6]
     colours = [to_hex(bar.get_facecolor()) for bar in ax.patches]
-    assert colours[2] == plotting.UPPER
-    assert {number for number, colour in enumerate(colours) if colour == plotting.LOWER} == {1, 3}
+    assert colours[2] == UPPER
+    assert {number for number, colour in enumerate(colours) if colour == LOWER} == {1, 3}
     assert ax.get_title(loc="left") == "a cell"
-    around = plotting.plot_histogram([9, 1, 0, 0, 0, 0, 0, 2])
+    around = plot_histogram([9, 1, 0, 0, 0, 0, 0, 2])
     colours = [to_hex(bar.get_facecolor()) for bar in around.patches]
-    assert {number for number, colour in enumerate(colours) if colour == plotting.LOWER} == {1, 7}
-    assert not plotting.plot_histogram(np.zeros(8, int)).lines
+    assert {number for number, colour in enumerate(colours) if colour == LOWER} == {1, 7}
+    assert not plot_histogram(np.zeros(8, int)).lines
 
 
 @pytest.mark.parametrize("place", ["corridor", "hall"])
 def test_the_band_its_votes_and_the_places_are_drawn(request, place):
     scene, grid, placed = request.getfixturevalue(place)
-    axes = figures.draw("2.6", scene, grid, placed).axes
+    axes = draw("2.6", scene, grid, placed).axes
     order = cells.grow_band(placed.cells)
     shown = axes[0].images[0].get_array()
     np.testing.assert_array_equal(shown.mask, order < 0)
@@ -510,7 +516,7 @@ def test_directions_are_drawn_in_their_cells(corridor):
 @pytest.mark.parametrize(("place", "walks"), [("corridor", 15), ("corridor", 4), ("hall", 15)])
 def test_the_sample_cell_has_about_as_many_walks_as_asked(request, place, walks):
     scene, grid, placed = request.getfixturevalue(place)
-    figure = figures.draw("2.10", scene, grid, placed, chaos_ratio=0.8, walks=walks)
+    figure = draw("2.10", scene, grid, placed, chaos_ratio=0.8, walks=walks)
     left, right = figure.axes
     row, column = (int(part) for part in re.findall(r"\d+", left.get_title(loc="left")))
     assert placed.cells.kind[row, column] == cells.DIRECTED
@@ -525,7 +531,7 @@ def test_the_sample_cell_has_about_as_many_walks_as_asked(request, place, walks)
 
 def test_the_mesh_is_as_high_as_the_votes_and_names_its_humps(corridor):
     scene, grid, placed = corridor
-    solid, flat, *_ = figures.draw("2.11", scene, grid, placed).axes
+    solid, flat, *_ = draw("2.11", scene, grid, placed).axes
     assert tuple(solid.zz_dataLim.intervalx) == (placed.votes.min(), placed.votes.max())
     across, up = grid.centres()
     assert tuple(solid.xy_dataLim.intervalx) == (across[0], across[-1])
@@ -540,7 +546,7 @@ def test_the_mesh_is_as_high_as_the_votes_and_names_its_humps(corridor):
 def test_a_fine_mesh_is_thinned_but_keeps_its_edges():
     grid = GridMap(0.0, 0.0, 50, 130, 0.1)
     votes = np.add.outer(np.arange(50), np.arange(130))
-    ax = plotting.plot_mesh(grid, votes, most=24)
+    ax = plot_mesh(grid, votes, most=24)
     ax.figure.canvas.draw()
     faces = len(ax.collections[0].get_paths())
     assert 10**2 < faces <= 24**2
@@ -549,7 +555,7 @@ def test_a_fine_mesh_is_thinned_but_keeps_its_edges():
 
 def test_real_votes_show_traces_cells_and_humps(hall):
     scene, grid, placed = hall
-    axes = figures.draw("votes-on-real-people", scene, grid, placed).axes
+    axes = draw("votes-on-real-people", scene, grid, placed).axes
     assert segments(axes[0]) == [4]
     assert segments(axes[1]) == [np.count_nonzero(placed.cells.directed)]
     np.testing.assert_array_equal(labelled(axes[2])["hump"].get_xydata(), placed.humps[["x", "y"]])
@@ -557,7 +563,7 @@ def test_real_votes_show_traces_cells_and_humps(hall):
 
 def test_frames_of_a_sequence_are_spread_over_it():
     frames = [np.full((8, 12), number, np.uint8) for number in range(51)]
-    axes = figures.draw("2.7", frames, frame_rate=10).axes
+    axes = draw("2.7", frames, frame_rate=10).axes
     assert [int(ax.images[0].get_array()[0, 0]) for ax in axes] == [0, 10, 20, 30, 40, 50]
     titles = [ax.get_title(loc="left") for ax in axes]
     assert titles == ["0.0 s", "1.0 s", "2.0 s", "3.0 s", "4.0 s", "5.0 s"]
@@ -573,7 +579,7 @@ def moved():
 def test_flow_mask_and_feet_are_drawn(moved):
     motion, mask = moved
     feet = [[10.0, 30.0], [50.0, 12.0]]
-    axes = figures.draw("2.8", motion.first, motion.truth, mask, feet).axes
+    axes = draw("2.8", motion.first, motion.truth, mask, feet).axes
     np.testing.assert_array_equal(axes[0].images[0].get_array(), motion.first)
     largest = np.percentile(np.abs(motion.truth[..., 0]), 99.8)
     np.testing.assert_array_equal(
@@ -582,7 +588,7 @@ def test_flow_mask_and_feet_are_drawn(moved):
     assert axes[1].child_axes[0].get_title() == f"{largest:.1f} px"
     np.testing.assert_array_equal(axes[2].images[0].get_array() == 0, mask > 0)
     np.testing.assert_array_equal(axes[2].lines[0].get_xydata(), feet)
-    none = figures.draw("2.8", motion.first, np.zeros_like(motion.truth), mask, np.empty((0, 2)))
+    none = draw("2.8", motion.first, np.zeros_like(motion.truth), mask, np.empty((0, 2)))
     assert not none.axes[2].lines
     assert (none.axes[1].images[0].get_array() == 255).all()  # rest is white
 
@@ -590,7 +596,7 @@ def test_flow_mask_and_feet_are_drawn(moved):
 def test_finders_share_one_scale_of_speed(moved):
     motion, mask = moved
     motions = {"slow": motion.truth / 4, "fast": motion.truth}
-    axes = figures.draw("finders", motion.first, motions, {"a": mask, "b": mask, "c": mask}).axes
+    axes = draw("finders", motion.first, motions, {"a": mask, "b": mask, "c": mask}).axes
     titles = [ax.get_title(loc="left") for ax in axes[:6]]
     assert titles[:2] == ["flow: slow", "flow: fast"]
     assert titles[2:] == ["frame", "moving: a", "moving: b", "moving: c"]
@@ -604,7 +610,7 @@ def test_traces_are_drawn_over_the_view_and_on_the_map(corridor):
     homography = np.linalg.inv(np.array([[40.0, 0, 10], [0, -40.0, 210], [0, 0, 1]]))
     seen = scene.traces[scene.traces["trace"].isin(scene.walkers[:3])].reset_index(drop=True)
     frame = np.zeros((216, 480), np.uint8)
-    left, right = figures.draw("2.9", frame, homography, seen, scene, grid).axes
+    left, right = draw("2.9", frame, homography, seen, scene, grid).axes
     places = seen[["x", "y"]].to_numpy()
     drawn = np.concatenate(left.collections[0].get_segments())
     np.testing.assert_allclose(drawn, places * [40, -40] + [10, 210])
@@ -621,7 +627,7 @@ def test_end_point_errors_are_bars_by_method(moved):
     )
     truth = motion.truth.copy()
     truth[:4] = np.nan
-    figure = figures.draw("flow-errors", errors, ("parting", truth, motion.truth))
+    figure = draw("flow-errors", errors, ("parting", truth, motion.truth))
     chart, known, ours = figure.axes[:3]
     assert bars(chart) == errors.to_numpy().T.ravel().tolist()
     middles = [bar.get_x() + bar.get_width() / 2 for bar in chart.patches]
@@ -646,7 +652,7 @@ def test_pets_traces_are_drawn_with_their_scores():
         "precision": Estimate(0.6, None, None, 1),
         "median_error_m": Estimate(0.25, 0.2, 0.3, 5),
     }
-    figure = figures.draw(
+    figure = draw(
         "pets-traces",
         {"background": points, "horn-schunck": points},
         {"background": score, "horn-schunck": score},
@@ -672,7 +678,7 @@ def test_plans_show_cameras_and_whom_they_see(site):
         cameras, _ = choose_cameras(site, method, 1)
         served = judge_cameras(cameras, site.targets, model=site.model)
         chosen[method] = cameras, served.mean(), served
-    axes = figures.draw("plans", site, chosen).axes
+    axes = draw("plans", site, chosen).axes
     for ax, (method, (cameras, share, served)) in zip(axes, chosen.items(), strict=False):
         pale, dark, stand = ax.lines[:3]  # the first map has a legend, too
         assert (len(pale.get_xdata()), len(dark.get_xdata())) == ((~served).sum(), served.sum())
@@ -686,9 +692,9 @@ def test_plans_show_cameras_and_whom_they_see(site):
 
 def test_a_panning_camera_has_a_ring_where_a_fixed_one_has_a_cone(site):
     cameras = site.cameras.head(2)
-    ax = plotting.plot_cameras(cameras, CameraModel(reach=3.0, pans=True))
+    ax = plot_cameras(cameras, CameraModel(reach=3.0, pans=True))
     assert [patch.get_radius() for patch in ax.patches] == [3, 3]
-    assert not plotting.plot_cameras(cameras, site.model, cones=False).patches
+    assert not plot_cameras(cameras, site.model, cones=False).patches
 
 
 @pytest.mark.parametrize("scenes", [1, 2])
@@ -702,7 +708,7 @@ def test_shares_lie_in_the_row_of_their_scene(scenes):
         ]
     )
     shares.loc[0, ["low", "high"]] = None  # one walker has no interval
-    ax = figures.draw("price-of-voting", shares).axes[0]
+    ax = draw("price-of-voting", shares).axes[0]
     assert [label.get_text() for label in ax.get_yticklabels()] == names
     for line, method in zip(ax.lines, ("votes", "exact"), strict=True):
         own = shares[shares["method"] == method]
@@ -724,7 +730,7 @@ def test_how_many_cameras_is_a_curve_a_method(hall):
             "high": [0.3, None, 0.5, 0.8],
         }
     )
-    axes = figures.draw("how-many-cameras", {"hall": table}, required=0.6).axes
+    axes = draw("how-many-cameras", {"hall": table}, required=0.6).axes
     assert len(axes) == 1
     assert list(axes[0].lines[0].get_ydata()) == [0.6, 0.6]
     for line in axes[0].lines[1:]:
@@ -741,7 +747,7 @@ def test_demands_hatch_what_is_forbidden(site):
     served = np.zeros(len(site.targets), bool)
     cameras = site.cameras.head(2)
     variants = {"free": (cameras, served, None), "barred": (cameras, served, forbidden)}
-    free, barred = figures.draw("demands", site, variants).axes
+    free, barred = draw("demands", site, variants).axes
     assert not free.collections
     corners = [path.vertices.min(axis=0) for path in barred.collections[0].get_paths()]
     np.testing.assert_allclose(corners, [[0, 0], [0.5, 0], [1, 0]])
@@ -754,7 +760,7 @@ def test_master_and_slaves_show_who_is_awake(hall):
     scene = hall[0]
     slaves = [pan_tilt.PanTilt(3.0, 2.0, reach=2.5), pan_tilt.PanTilt(3.0, 2.5, reach=2.5)]
     watch = pan_tilt.simulate(scene.traces, slaves, frame_rate=10)
-    figure = figures.draw("master-and-slaves", watch, [10, 20], [0.5, 0.1], seconds=(1, 5))
+    figure = draw("master-and-slaves", watch, [10, 20], [0.5, 0.1], seconds=(1, 5))
     top, left, right = figure.axes
     assert top.get_xlim() == (1, 5)
     assert [label.get_text() for label in top.get_yticklabels()] == ["camera 1", "camera 2"]

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from mcnlab import figures, widgets
+from mcnlab import widgets
 from mcnlab.figures.occlusion import draw_case
+from mcnlab.figures.registry import draw
 from mcnlab.occlusion import composites, thesis, thesis_check
 from mcnlab.occlusion.composites import compose
 from mcnlab.synthetic.street import make_street
@@ -49,7 +50,7 @@ def written(ax):
 
 @pytest.mark.parametrize("number", ["table-3.1", "table-3.2", "table-3.3"])
 def test_the_tables_are_drawn_cell_by_cell(number):
-    (ax,) = figures.draw(number).axes
+    (ax,) = draw(number).axes
     said = written(ax)
     if number == "table-3.1":
         table = thesis.direction_table()
@@ -65,7 +66,7 @@ def test_the_tables_are_drawn_cell_by_cell(number):
 @pytest.mark.parametrize("number", ["3.14", "3.15"])
 def test_each_case_is_a_strip_of_three_frames(judged, sources, number):
     own = judged[judged["figure"].str.startswith(number)].to_dict("records")
-    axes = np.reshape(figures.draw(number, judged, sources).axes, (-1, 3))
+    axes = np.reshape(draw(number, judged, sources).axes, (-1, 3))
     assert len(axes) == len(own)
     for row, (start, decision, end) in zip(own, axes, strict=True):
         assert start.get_title(loc="left") == f"{row['figure']}  {row['data']}, frame 1"
@@ -117,7 +118,7 @@ def test_silhouettes_are_painted_where_there_are_any(judged, sources):
 
 def test_the_cell_shares_are_written_in_the_cells(sources):
     counts = thesis_check.count_cells(sources[0])
-    left, right = figures.draw("table-errors", counts).axes
+    left, right = draw("table-errors", counts).axes
     shown = np.reshape(written(left), (64, 2))[:, 0]
     wrong = np.reshape(written(right), (64, 2))[:, 0]
     corner = np.reshape(written(left), (64, 2))[:, 1]

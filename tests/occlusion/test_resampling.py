@@ -373,16 +373,16 @@ def spoil(sequence, table, **columns):
     [
         ("truth", {"occludes": False}, "truth.occludes names no pair that occludes"),
         ("truth", {"occludes": 0.5}, "truth.occludes must hold"),
-        ("truth", {"seconds": np.nan}, "truth.seconds is nan at pair"),
-        ("truth", {"x": np.inf}, "truth.x is inf at pair"),
+        ("truth", {"seconds": np.nan}, "truth.seconds is nan in row"),
+        ("truth", {"x": np.inf}, "truth.x is inf in row"),
         ("truth", {"y": "low"}, "truth.y holds what is no number"),
-        ("truth", {"height": 0.0}, "truth.height is 0 at pair"),
+        ("truth", {"height": 0.0}, "truth.height is 0 in row"),
         ("truth", {"height": -5.0}, "positive number"),
         ("truth", {"first": 1}, "both '1' at pair"),
         ("truth", {"second": None}, "truth.first and truth.second must be"),
-        ("forecast", {"probability": 1.5}, "forecast.probability is 1.5 at pair 0"),
+        ("forecast", {"probability": 1.5}, "forecast.probability is 1.5 in row 0"),
         ("forecast", {"probability": np.nan}, "forecast.probability is nan"),
-        ("forecast", {"seconds": np.nan}, "forecast.seconds is nan at pair 0"),
+        ("forecast", {"seconds": np.nan}, "forecast.seconds is nan in row 0"),
         ("forecast", {"seconds": -np.inf}, "forecast.seconds is -inf"),
         ("forecast", {"x": np.inf}, "forecast.x is inf"),
         ("forecast", {"y": np.nan}, "forecast.y is nan"),
@@ -405,7 +405,7 @@ def test_columns_that_are_missing_are_named(sequence):
 
 def test_truth_and_forecast_must_be_as_long(sequence):
     truth, forecast = sequence
-    with pytest.raises(ArgumentError, match=r"forecast.probability has shape \(55,\)"):
+    with pytest.raises(ArgumentError, match=r"forecast.probability has the shape \(55,\)"):
         score(truth, forecast[1:], threshold=0.5)
 
 

@@ -262,17 +262,17 @@ def test_the_reliability_table_adds_up_to_the_calibration_error(pairs, bins):
     ("occludes", "probability", "match"),
     [
         ([False, False], [0.1, 0.2], "occludes names no pair that occludes"),
-        ([True, False], [0.1, 1.1], "probability is 1.1 at pair 1"),
-        ([True, False], [-0.1, 1], "probability is -0.1 at pair 0"),
-        ([True, False], [0.1, np.nan], "probability is nan at pair 1"),
+        ([True, False], [0.1, 1.1], "probability is 1.1 in row 1"),
+        ([True, False], [-0.1, 1], "probability is -0.1 in row 0"),
+        ([True, False], [0.1, np.nan], "probability is nan in row 1"),
         ([True, False], [0.1, "x"], "probability holds what is no number"),
-        ([True, False], [0.1], r"probability has shape \(1,\), occludes \(2,\)"),
-        ([True, False], [[0.1, 0.2]], r"probability has shape \(1, 2\)"),
+        ([True, False], [0.1], r"probability has the shape \(1,\), occludes \(2,\)"),
+        ([True, False], [[0.1, 0.2]], r"probability has the shape \(1, 2\)"),
         ([True, 2], [0.1, 0.2], "occludes must hold True or False"),
         ([True, None], [0.1, 0.2], "occludes must be a flat list"),
         ([[True], [True, False]], [0.1, 0.2], "occludes must be a flat list"),
         (["yes", "no"], [0.1, 0.2], "occludes must hold True or False"),
-        ([], [], "at least one pair"),
+        ([], [], "at least one row"),
     ],
 )
 def test_pairs_that_cannot_be_scored_are_refused(function, occludes, probability, match):
@@ -285,7 +285,7 @@ def test_pairs_that_cannot_be_scored_are_refused(function, occludes, probability
     ("probability", "bins", "match"),
     [
         ([0.1, 1.1], 10, "probability is 1.1"),
-        ([0.1], 10, "probability has shape"),
+        ([0.1], 10, "probability has the shape"),
         ([0.1, 0.2], 0, "bins is 0"),
         ([0.1, 0.2], 2.5, "bins is 2.5"),
     ],
@@ -298,7 +298,7 @@ def test_a_calibration_that_cannot_be_measured_is_refused(function, probability,
 @pytest.mark.parametrize(
     ("weights", "match"),
     [
-        ([1], "weights has shape"),
+        ([1], "weights has the shape"),
         ([1, -1], "weights must hold"),
         ([1, np.nan], "weights must hold"),
         ([1, 1e300], "weights must hold"),

@@ -29,7 +29,7 @@ from mcnlab.placement.site import (
     plan_of,
     prepare_site,
 )
-from mcnlab.synthetic.corridor import make_traces
+from mcnlab.synthetic.corridor import make_corridor
 from mcnlab.tables import FRAME, TRACE, X, Y
 
 RATE = 10.0
@@ -68,7 +68,7 @@ def ring():
 @pytest.fixture(scope="module")
 def corridor():
     """A few people in the corridor."""
-    return make_traces(walkers=16, seed=3)
+    return make_corridor(walkers=16, seed=3)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.patches import Rectangle
 
-from mcnlab import plotting
 from mcnlab.compass import DIRECTIONS, heading_of
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion.thesis import APART, BY_SPEED, CERTAIN, direction_table, look_up, speed_table
@@ -23,6 +22,8 @@ from mcnlab.plotting.occlusion import (
     plot_speed_table,
     plot_two_walkers,
 )
+from mcnlab.plotting.style import use_style
+from mcnlab.plotting.vision import plot_frame
 from mcnlab.walking.speed import level_of
 
 RULE_OF = {colour: rule for rule, colour in RULE_COLOURS.items()}
@@ -32,7 +33,7 @@ BOXES = [(200, 60, 40, 90), (60, 50, 40, 100)]  # the first one is on the right:
 @pytest.fixture(autouse=True)
 def _close_figures():
     with plt.rc_context():
-        plotting.use_style()
+        use_style()
         yield
     plt.close("all")
 
@@ -40,7 +41,7 @@ def _close_figures():
 @pytest.fixture
 def frame():
     """Axes that show a frame of 352 × 240."""
-    return plotting.plot_frame(np.full((240, 352), 128, np.uint8))
+    return plot_frame(np.full((240, 352), 128, np.uint8))
 
 
 def cells(ax, count):

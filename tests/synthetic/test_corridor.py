@@ -5,7 +5,7 @@ import pytest
 
 from mcnlab.cameras.floor import GridMap
 from mcnlab.errors import ArgumentError
-from mcnlab.synthetic.corridor import KINDS, Corridor, make_traces
+from mcnlab.synthetic.corridor import KINDS, Corridor, make_corridor
 from mcnlab.tables import FRAME, TRACE, X, Y, check_traces
 
 CORRIDOR = Corridor()
@@ -13,7 +13,7 @@ CORRIDOR = Corridor()
 
 @pytest.fixture(scope="module")
 def scene():
-    return make_traces()
+    return make_corridor()
 
 
 def through(scene):
@@ -190,13 +190,13 @@ def test_doors_are_used(scene):
 
 
 def test_the_seed_makes_the_walkers():
-    first, again, other = (make_traces(walkers=5, seed=seed).traces for seed in (3, 3, 4))
+    first, again, other = (make_corridor(walkers=5, seed=seed).traces for seed in (3, 3, 4))
     assert first.equals(again)
     assert not first.equals(other)
 
 
 def test_arrivals_keep_the_rate():
-    scene = make_traces(walkers=400, per_minute=30)
+    scene = make_corridor(walkers=400, per_minute=30)
     first = scene.traces.groupby(TRACE)[FRAME].first().max() / scene.frame_rate / 60
     # 400 gaps of mean 2 s: the total's standard deviation is a twentieth.
     assert first == pytest.approx(400 / 30, rel=4 / 20)
@@ -216,4 +216,4 @@ def test_arrivals_keep_the_rate():
 )
 def test_impossible_walkers_are_refused(options, word):
     with pytest.raises(ArgumentError, match=word):
-        make_traces(**options)
+        make_corridor(**options)

@@ -7,7 +7,7 @@ import pytest
 from mcnlab.cameras.camera import View
 from mcnlab.cameras.homography import find_homography, project
 from mcnlab.errors import ArgumentError
-from mcnlab.synthetic.corridor import Corridor, make_traces
+from mcnlab.synthetic.corridor import Corridor, make_corridor
 from mcnlab.synthetic.overhead import OverheadCamera, render_corridor, render_frames
 from mcnlab.tables import FRAME, TRACE, X, Y, check_traces
 
@@ -16,7 +16,7 @@ CORRIDOR = Corridor()
 
 @pytest.fixture(scope="module")
 def scene():
-    return make_traces()
+    return make_corridor()
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_the_video_is_repeatable_and_noise_is_noise():
 
 
 def test_a_part_of_the_video_is_the_same_as_in_the_whole():
-    scene = make_traces(walkers=3)
+    scene = make_corridor(walkers=3)
     whole = list(render_frames(scene, stop=60, noise=0))
     part = list(render_frames(scene, start=40, stop=60, noise=0))
     assert all((a == b).all() for a, b in zip(whole[40:], part, strict=True))
@@ -163,7 +163,7 @@ def test_a_part_of_the_video_is_the_same_as_in_the_whole():
 
 def test_a_video_of_no_frames_is_refused():
     with pytest.raises(ArgumentError, match="stop"):
-        next(render_frames(make_traces(walkers=1), start=5, stop=5))
+        next(render_frames(make_corridor(walkers=1), start=5, stop=5))
 
 
 @pytest.mark.parametrize(

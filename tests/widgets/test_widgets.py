@@ -19,11 +19,12 @@ from mcnlab.cameras.visibility import CameraModel
 from mcnlab.datasets.scene import Scene
 from mcnlab.placement import votes
 from mcnlab.placement.site import choose_cameras, judge_cameras, prepare_site
-from mcnlab.synthetic.corridor import make_traces
+from mcnlab.synthetic.corridor import make_corridor
 from mcnlab.synthetic.shifts import make_motion
 from mcnlab.synthetic.walkers import make_walks
 from mcnlab.vision import flow, recordings
 from mcnlab.walking import direction, evaluation, gait, heading, phase, viewpoint
+from mcnlab.widgets.panel import CellPicker, Panel
 from mcnlab.widgets.walking import _overlap
 
 
@@ -109,7 +110,7 @@ def test_moves_from_several_threads_take_turns():
         inside.pop()
         return str(value)
 
-    panel = widgets.Panel(draw, {"value": ipywidgets.IntSlider(value=0, max=100)})
+    panel = Panel(draw, {"value": ipywidgets.IntSlider(value=0, max=100)})
     threads = [
         threading.Thread(target=setattr, args=(panel.controls["value"], "value", value))
         for value in range(1, 9)
@@ -169,7 +170,7 @@ def hall():
 @pytest.fixture(scope="module")
 def corridor():
     """A few people in the made corridor."""
-    return make_traces(walkers=30, seed=1)
+    return make_corridor(walkers=30, seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -371,7 +372,7 @@ def test_frames_of_two_sizes_are_answered_in_words(moved):
 
 
 def test_a_pressed_button_chooses_its_block():
-    picker = widgets.CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
+    picker = CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
     heard = []
     picker.observe(lambda change: heard.append(change["new"]), names="value")
     assert picker.value == ()
@@ -384,7 +385,7 @@ def test_a_pressed_button_chooses_its_block():
 
 
 def test_the_buttons_lie_as_the_blocks_on_the_ground():
-    picker = widgets.CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
+    picker = CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
     _, upper, lower = picker.children
     assert list(upper.children) == [picker._buttons[1, column] for column in range(4)]
     assert list(lower.children) == [picker._buttons[0, column] for column in range(4)]
@@ -392,7 +393,7 @@ def test_the_buttons_lie_as_the_blocks_on_the_ground():
 
 
 def test_a_set_value_presses_the_buttons():
-    picker = widgets.CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
+    picker = CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
     picker.value = ((0, 1), (1, 2))
     pressed = {cell for cell, button in picker._buttons.items() if button.value}
     assert pressed == {(0, 1), (1, 2)}
@@ -403,7 +404,7 @@ def test_a_set_value_presses_the_buttons():
 
 
 def test_blocks_are_mapped_to_the_cells_whose_centres_they_hold():
-    picker = widgets.CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
+    picker = CellPicker((0.0, 0.0, 4.0, 2.0), block=1.0, text="here:")
     picker.value = ((1, 3),)
     cells = picker.cells(GridMap(0.0, 0.0, 4, 8, 0.5))
     assert np.argwhere(cells).tolist() == [[2, 6], [2, 7], [3, 6], [3, 7]]
@@ -414,7 +415,7 @@ def test_blocks_are_mapped_to_the_cells_whose_centres_they_hold():
 @pytest.mark.parametrize("cell", [0.3, 0.5, 0.7, 1.1, 1.7])
 def test_all_blocks_are_all_cells(cell):
     area = (0.0, 0.0, 11.5, 5.0)
-    picker = widgets.CellPicker(area, block=11.5 / 16, text="here:")
+    picker = CellPicker(area, block=11.5 / 16, text="here:")
     picker.value = tuple(sorted(picker._buttons))
     assert picker.cells(GridMap.over(area, cell=cell)).all()
     picker.value = ()

@@ -1,0 +1,6 @@
+from .pan_tilt import PanTilt, simulate
+
+__all__ = [
+    "PanTilt",
+    "simulate",
+]

@@ -1,0 +1,5 @@
+from .style import use_style
+
+__all__ = [
+    "use_style",
+]
