@@ -3,12 +3,13 @@
 import hashlib
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from mcnlab.errors import DatasetError
 
 
-def write_whole(path, data):
+def write_whole(path: str | os.PathLike, data: bytes | str) -> Path:
     """Write bytes or text to `path` by way of a neighbour that takes its place.
 
     An interrupted run leaves the old file, or none; never half of the new one.
@@ -29,7 +30,9 @@ def write_whole(path, data):
     return path
 
 
-def sha256_of(paths, *, root=None):
+def sha256_of(
+    paths: Iterable[str | os.PathLike], *, root: str | os.PathLike | None = None
+) -> str:
     """The SHA-256 of files, in the order given, each preceded by its name.
 
     Parameters
