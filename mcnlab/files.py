@@ -30,9 +30,7 @@ def write_whole(path: str | os.PathLike, data: bytes | str) -> Path:
     return path
 
 
-def sha256_of(
-    paths: Iterable[str | os.PathLike], *, root: str | os.PathLike | None = None
-) -> str:
+def sha256_of(paths: Iterable[str | os.PathLike], *, root: str | os.PathLike | None = None) -> str:
     """The SHA-256 of files, in the order given, each preceded by its name.
 
     Parameters
