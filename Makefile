@@ -11,7 +11,7 @@ export MCNLAB_DATA := $(abspath $(DATA))
 endif
 export PYDEVD_DISABLE_FILE_VALIDATION := 1
 
-.PHONY: reproduce test lab bench notebooks
+.PHONY: reproduce test lab bench notebooks docs
 
 reproduce: $(VENV)/.made
 	$(RUN) -m mcnlab reproduce --out "$(OUT)" --only "$(ONLY)"
@@ -19,7 +19,9 @@ reproduce: $(VENV)/.made
 test: $(VENV)/.made
 	$(RUN) -m ruff check .
 	$(RUN) -m ruff format --check .
+	$(RUN) -m mypy
 	$(RUN) -m pytest tests -n 2 -q
+	env -u MCNLAB_DATA MPLBACKEND=Agg $(RUN) -m pytest --doctest-modules mcnlab -n 2 -q
 	env -u MCNLAB_DATA $(RUN) -m pytest notebooks --nbval --nbval-current-env \
 		--nbval-cell-timeout=120 -n 2 --dist loadscope -q -o filterwarnings=default
 
@@ -34,6 +36,10 @@ notebooks: $(VENV)/.made
 	env -u MCNLAB_DATA $(RUN) -m mcnlab refresh --only "$(ONLY)"
 	$(RUN) -m ruff check notebooks
 	$(RUN) -m ruff format --check notebooks
+
+docs: $(VENV)/.made
+	env -u MCNLAB_DATA MPLBACKEND=Agg $(RUN) -m pdoc --docformat numpy --output-directory "$(OUT)/docs" \
+		mcnlab '!mcnlab.__main__'
 
 $(VENV)/.made: environment.txt
 	rm -rf $(VENV)

@@ -3,13 +3,13 @@
 import argparse
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from mcnlab.errors import McnError
-from mcnlab.lab.reproduction import refresh, reproduce
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return its exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m mcnlab", description="The executable thesis, from the command line."
@@ -43,6 +43,7 @@ def main(arguments=None):
 
 
 def _reproduce(chosen):
+    from mcnlab.lab.reproduction import reproduce
 
     page = reproduce(chosen.out, only=chosen.only)
     print(f"Done. Open {page} in a browser.")
@@ -73,6 +74,7 @@ def _data(chosen):
 
 
 def _refresh(chosen):
+    from mcnlab.lab.reproduction import refresh
 
     refresh(only=chosen.only)
     return 0

@@ -11,7 +11,7 @@ from scipy import stats
 
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.files import sha256_of, write_whole
-from mcnlab.results import COLUMNS, Results
+from mcnlab.results import COLUMNS, Results, verdict_of
 from mcnlab.statistics import (
     Estimate,
     accuracy,
@@ -323,3 +323,22 @@ def test_answers_that_are_the_subject_s_are_worth_one_each():
 def test_a_share_needs_answers():
     with pytest.raises(ArgumentError, match="True or False"):
         share_by_subject([0.5, 1.0], ["a", "b"])
+
+
+@pytest.mark.parametrize(
+    ("thesis", "here", "low", "high", "unit", "verdict"),
+    [
+        ("", "0.5", "", "", "", "no claim"),
+        ("40", "40", "", "", "videos", "holds"),
+        ("40", "28", "", "", "videos", "other data"),
+        ("0.9", "0.88", "0.85", "0.91", "", "holds"),
+        ("0.9", "0.8", "0.75", "0.85", "", "below the claim"),
+        ("0.9", "0.97", "0.95", "0.99", "", "exceeded"),
+        ("0.9", "0.8", "", "", "", "below the claim"),
+        ("1.04", "0.05", "", "", "s", "faster"),
+        ("1.04", "1.05", "", "", "s", "slower"),
+    ],
+)
+def test_verdicts(thesis, here, low, high, unit, verdict):
+    row = {"thesis": thesis, "here": here, "low": low, "high": high, "unit": unit}
+    assert verdict_of(row) == verdict

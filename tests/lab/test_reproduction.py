@@ -6,8 +6,8 @@ import pytest
 
 from mcnlab.__main__ import main
 from mcnlab.errors import ArgumentError
-from mcnlab.lab import report, reproduction
-from mcnlab.results import COLUMNS, verdict_of
+from mcnlab.lab import reproduction
+from mcnlab.results import COLUMNS
 
 
 def test_one_notebook_makes_numbers_figures_and_a_page(tmp_path):
@@ -59,27 +59,3 @@ def test_a_failing_notebook_is_named_with_its_error(tmp_path):
     nbformat.write(nbformat.v4.new_notebook(cells=[cell]), path)
     with pytest.raises(reproduction.NotebookError, match=r"broken.*the cat sat on it"):
         reproduction.run_notebook(path)
-
-
-@pytest.mark.parametrize(
-    ("thesis", "here", "low", "high", "unit", "verdict"),
-    [
-        ("", "0.5", "", "", "", "no claim"),
-        ("40", "40", "", "", "videos", "holds"),
-        ("40", "28", "", "", "videos", "other data"),
-        ("0.9", "0.88", "0.85", "0.91", "", "holds"),
-        ("0.9", "0.8", "0.75", "0.85", "", "below the claim"),
-        ("0.9", "0.97", "0.95", "0.99", "", "exceeded"),
-        ("0.9", "0.8", "", "", "", "below the claim"),
-        ("1.04", "0.05", "", "", "s", "faster"),
-        ("1.04", "1.05", "", "", "s", "slower"),
-    ],
-)
-def test_verdicts(thesis, here, low, high, unit, verdict):
-    row = {"thesis": thesis, "here": here, "low": low, "high": high, "unit": unit}
-    assert verdict_of(row) == verdict
-
-
-def test_the_page_escapes_what_it_is_given(tmp_path):
-    row = dict.fromkeys(COLUMNS, "") | {"id": "<script>", "here": "1"}
-    assert "<script>" not in report.render(pd.DataFrame([row]), tmp_path).split("</style>")[1]
