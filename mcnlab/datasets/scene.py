@@ -42,7 +42,7 @@ class Scene:
     frame_rate: float
     area: tuple
     walls: np.ndarray = None
-    blocks: np.ndarray = ()
+    blocks: np.ndarray | tuple = ()
     people: dict = None
     source: str = ""
     problems: tuple = ()

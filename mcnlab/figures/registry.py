@@ -96,7 +96,7 @@ class Entry:
         return (chapter, 13, number) if self.is_table else (chapter, number, 0)
 
 
-FIGURES = {}
+FIGURES: dict[str, Entry] = {}
 
 
 def show(number, *args, **options):

@@ -47,9 +47,15 @@ PRESETS: Final = MappingProxyType(
     }
 )
 
-_MEAN: Final = np.float32([[1, 2, 1], [2, 0, 2], [1, 2, 1]]) / 12  # Horn and Schunck, section 8
-_SLOPE: Final = np.float32([1, -8, 0, 8, -1]) / 12  # exact on polynomials to the fourth degree
-_MIDDLE: Final = np.float32([3, -25, 150, 150, -25, 3]) / 256  # half-way, to the fifth degree
+_MEAN: Final = (
+    np.array([[1, 2, 1], [2, 0, 2], [1, 2, 1]], np.float32) / 12
+)  # Horn and Schunck, section 8
+_SLOPE: Final = (
+    np.array([1, -8, 0, 8, -1], np.float32) / 12
+)  # exact on polynomials to the fourth degree
+_MIDDLE: Final = (
+    np.array([3, -25, 150, 150, -25, 3], np.float32) / 256
+)  # half-way, to the fifth degree
 _ONE: Final = np.ones(1, np.float32)
 _EDGE: Final = cv2.BORDER_REPLICATE
 _COARSEST: Final = 16  # pixels, the least side of the coarsest level when levels are "auto"
