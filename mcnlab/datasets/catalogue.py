@@ -9,6 +9,7 @@ not ours to hand on.
 import os
 import zlib
 from pathlib import Path
+from typing import Any, Final
 
 import pandas as pd
 
@@ -16,12 +17,12 @@ from mcnlab.datasets import casia, pets
 from mcnlab.errors import DatasetError
 
 BUNDLED = Path(__file__).resolve().parents[2] / "data"
-VARIABLE = "MCNLAB_DATA"
-TUD = "tud-stadtmitte"
-MOTCHALLENGE = "motchallenge"
+VARIABLE: Final = "MCNLAB_DATA"
+TUD: Final = "tud-stadtmitte"
+MOTCHALLENGE: Final = "motchallenge"
 
 
-def data_folder():
+def data_folder() -> Path | None:
     """The folder that ``MCNLAB_DATA`` names, or None.
 
     Raises
@@ -41,15 +42,18 @@ def data_folder():
     return folder
 
 
-def casia_a_folder():
-    """The folder of CASIA A silhouettes under ``MCNLAB_DATA``, or None."""
+def dataset_folder(name: str, *, holds: str = "") -> Path | None:
+    """A dataset's folder under ``MCNLAB_DATA``, or None where it, or what it `holds`, is not."""
     folder = data_folder()
-    if folder is None or not (folder / casia.NAME / "silhouettes").is_dir():
-        return None
-    return folder / casia.NAME
+    return folder / name if folder is not None and (folder / name / holds).is_dir() else None
 
 
-def read_table(path, **options):
+def casia_a_folder() -> Path | None:
+    """The folder of CASIA A silhouettes under ``MCNLAB_DATA``, or None."""
+    return dataset_folder(casia.NAME, holds="silhouettes")
+
+
+def read_table(path: str | os.PathLike, **options: Any) -> pd.DataFrame:
     """A CSV table, or `DatasetError` naming the file."""
     try:
         return pd.read_csv(path, **options)
@@ -62,7 +66,7 @@ def read_table(path, **options):
         raise DatasetError(f"{path} is not a table ({fault}); restore it.") from fault
 
 
-def pets_files(folder):
+def pets_files(folder: str | os.PathLike) -> list[Path]:
     """Boxes, calibration and world positions of PETS 2009 under a data folder."""
     folder = Path(folder)
     return [
@@ -72,13 +76,13 @@ def pets_files(folder):
     ]
 
 
-def tud_files(folder):
+def tud_files(folder: str | os.PathLike) -> list[Path]:
     """Boxes with world positions, and the frame, of TUD-Stadtmitte under a data folder."""
     held = Path(folder) / MOTCHALLENGE / "TUD-Stadtmitte"
     return [held / "gt" / "gt.txt", held / "seqinfo.ini"]
 
 
-def pets_video_files(folder):
+def pets_video_files(folder: str | os.PathLike) -> list[Path]:
     """Video, calibration and world positions of PETS 2009 under a data folder."""
     folder = Path(folder)
     return [folder / pets.PETS / "vtest.mp4", *pets_files(folder)[1:]]

@@ -1,24 +1,80 @@
-"""Writes the tables that come with mcnlab, and checks them: ``python -m mcnlab measure | data``.
+"""The tables that come with mcnlab: measured anew or read, written, and checked.
 
-Each table lies beside a note of where it comes from: dataset, credit, command, version and
-checksums.  Recordings themselves are not handed on.
+`Kept` is the one rule of which it is: recordings that lie under ``MCNLAB_DATA`` are measured,
+and where they do not, the bundled tables are read.  Each of those lies beside a note of where
+it comes from: dataset, credit, command, version and checksums.  Recordings themselves are not
+handed on.
 """
 
 import gzip
 import hashlib
 import json
+import os
 import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 import mcnlab
-from mcnlab.datasets.catalogue import BUNDLED
+from mcnlab.datasets.catalogue import BUNDLED, data_folder, read_table
 from mcnlab.errors import DatasetError
 from mcnlab.files import write_whole
 
 
-def check_bundled(folder=BUNDLED):
+@dataclass(frozen=True)
+class Kept:
+    """Tables that are measured where their recordings are at hand, and else as bundled.
+
+    Attributes
+    ----------
+    folder : str
+        Where the bundled tables lie under ``data/``.
+    names : tuple of str
+        The tables, without ``.csv.gz``.
+    files : callable
+        Data folder → the recordings' paths in it; all are needed.
+    measure : callable
+        Data folder → the table, or a tuple of tables in the order of `names`.
+    text : tuple of str
+        Columns that hold text, even where it looks like numbers.
+    """
+
+    folder: str
+    names: tuple[str, ...]
+    files: Callable[[Path], Iterable[Path]]
+    measure: Callable[..., Any]
+    text: tuple[str, ...] = ()
+
+    def lies_in(self, folder: str | os.PathLike) -> bool:
+        """Whether a data folder holds all the recordings."""
+        return all(path.exists() for path in self.files(Path(folder)))
+
+    def at_hand(self) -> Path | None:
+        """The folder that ``MCNLAB_DATA`` names, if all the recordings lie there, or None."""
+        folder = data_folder()
+        return folder if folder is not None and self.lies_in(folder) else None
+
+    def bundled(self) -> tuple[pd.DataFrame, ...]:
+        """The tables that came with mcnlab."""
+        types = dict.fromkeys(self.text, str)
+        paths = (BUNDLED / self.folder / f"{name}.csv.gz" for name in self.names)
+        return tuple(read_table(path, dtype=types) for path in paths)
+
+    def measured(self, folder: Path, **options: Any) -> tuple[pd.DataFrame, ...]:
+        """The tables of the recordings in a data folder."""
+        tables = self.measure(folder, **options)
+        return tables if isinstance(tables, tuple) else (tables,)
+
+    def tables(self, **options: Any) -> tuple[pd.DataFrame, ...]:
+        """Measured or bundled; `options` are for measuring."""
+        folder = self.at_hand()
+        return self.bundled() if folder is None else self.measured(folder, **options)
+
+
+def check_bundled(folder: str | os.PathLike = BUNDLED) -> pd.DataFrame:
     """One row a bundled table: its rows and whether it is the one that was measured.
 
     Returns
@@ -61,7 +117,17 @@ def check_bundled(folder=BUNDLED):
     return pd.DataFrame(rows)
 
 
-def _write_tables(folder, tables, facts):
+def write_tables(folder: Path, tables: dict[str, pd.DataFrame], facts: dict) -> list[Path]:
+    """Write tables and their note of provenance; the files written come back.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    tables : dict
+        File name → table.
+    facts : dict
+        For the note: ``dataset``, ``credit`` and whatever else is known.
+    """
     written, notes = [], {}
     for name, table in tables.items():
         content = table.to_csv(index=False, lineterminator="\n").encode()

@@ -14,7 +14,7 @@ import pandas as pd
 
 from mcnlab.checks import require_choice
 from mcnlab.datasets import motchallenge
-from mcnlab.datasets.catalogue import BUNDLED, MOTCHALLENGE, data_folder, read_table
+from mcnlab.datasets.catalogue import BUNDLED, MOTCHALLENGE, dataset_folder, read_table
 from mcnlab.datasets.motchallenge import place_of
 from mcnlab.errors import ArgumentError, McnError
 from mcnlab.occlusion.forecasters import (
@@ -385,10 +385,10 @@ def video_pairs():
     McnError
         When files are damaged beyond leaving a sequence out.
     """
-    folder = data_folder()
-    if folder is None or not (folder / MOTCHALLENGE).is_dir():
+    folder = dataset_folder(MOTCHALLENGE)
+    if folder is None:
         return bundled_pairs(), ()
-    tables, problems = compare_sequences(folder / MOTCHALLENGE)
+    tables, problems = compare_sequences(folder)
     if tables:
         return tables, problems
     nothing = f"{MOTCHALLENGE} holds no sequence that can be used; the bundled forecasts stand in."

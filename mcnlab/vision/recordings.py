@@ -11,9 +11,11 @@ from mcnlab.datasets.catalogue import (
     BUNDLED,
     casia_a_folder,
     data_folder,
+    dataset_folder,
     pets_video_files,
     read_table,
 )
+from mcnlab.datasets.kept import Kept
 from mcnlab.datasets.mirror import SUFFIX, add_mirrored, mirror_direction, mirror_masks
 from mcnlab.datasets.recording import Recording
 from mcnlab.datasets.scene import Scene, area_of
@@ -158,11 +160,10 @@ def flow_sequences():
     dict
         Name in lower case → (first, second, truth).
     """
-    folder = data_folder()
-    if folder is not None and (folder / middlebury.NAME).is_dir():
-        found = middlebury.find_sequences(folder / middlebury.NAME)
-        return {sequence.name.lower(): sequence.read() for sequence in found}
-    return {name: make_motion(name)[1:] for name in MOTIONS}
+    folder = dataset_folder(middlebury.NAME)
+    if folder is None:
+        return {name: make_motion(name)[1:] for name in MOTIONS}
+    return {found.name.lower(): found.read() for found in middlebury.find_sequences(folder)}
 
 
 def pets2009_traces(finders=tuple(PETS_FINDERS)):
@@ -189,14 +190,8 @@ def pets2009_traces(finders=tuple(PETS_FINDERS)):
     """
     for finder in finders:
         require_choice("finders", finder, tuple(PETS_FINDERS))
-    folder = data_folder()
-    if folder is None or not all(path.is_file() for path in pets_video_files(folder)):
-        held = BUNDLED / pets.PETS
-        tables = (
-            read_table(held / f"{name}.csv.gz", dtype={TRACE: str}) for name in ("traces", "feet")
-        )
-        return tuple(table[table["method"].isin(finders)] for table in tables)
-    return measure_pets2009_traces(folder, finders=finders)
+    points, feet = TRACES.tables(finders=finders)
+    return points[points["method"].isin(finders)], feet[feet["method"].isin(finders)]
 
 
 def measure_pets2009_traces(folder, *, finders=tuple(PETS_FINDERS)):
@@ -220,6 +215,11 @@ def measure_pets2009_traces(folder, *, finders=tuple(PETS_FINDERS)):
         points[["method", TRACE, FRAME, X, Y, "matched", "error", "person"]].round(4),
         feet[["method", TRACE, FRAME, "found", "error"]].round(4),
     )
+
+
+TRACES = Kept(
+    pets.PETS, ("traces", "feet"), pets_video_files, measure_pets2009_traces, text=(TRACE,)
+)
 
 
 def trace_pets(folder, method):

@@ -4,7 +4,8 @@ from mcnlab.cameras.horizon import find_place
 from mcnlab.checks import require_choice
 from mcnlab.compass import turn_between
 from mcnlab.datasets import motchallenge, pets
-from mcnlab.datasets.catalogue import BUNDLED, TUD, data_folder, pets_files, read_table, tud_files
+from mcnlab.datasets.catalogue import TUD, pets_files, tud_files
+from mcnlab.datasets.kept import Kept
 from mcnlab.tables import FRAME, SEQUENCE
 from mcnlab.walking.heading import measure_headings
 from mcnlab.walking.speed import compare_speeds
@@ -22,7 +23,7 @@ def pets2009_headings():
     Returns
     -------
     pandas.DataFrame
-        One row a one-second window (`perspective.measure_headings`) with ``true_sight``
+        One row a one-second window (`heading.measure_headings`) with ``true_sight``
         (degrees), ``true_speed`` (m/s) and ``error`` (degrees).
 
     Raises
@@ -30,10 +31,7 @@ def pets2009_headings():
     DatasetError
         When files are missing or damaged.
     """
-    folder = data_folder()
-    if folder is None or not all(path.is_file() for path in pets_files(folder)):
-        return read_table(BUNDLED / pets.PETS / "headings.csv.gz", dtype={SEQUENCE: str})
-    return measure_pets2009(folder)
+    return HEADINGS.tables()[0]
 
 
 def measure_pets2009(folder):
@@ -68,22 +66,14 @@ def apparent_speeds(name):
     Returns
     -------
     pandas.DataFrame
-        As of `pace.compare_speeds`, for windows of `SPEED_SECONDS`.
+        As of `speed.compare_speeds`, for windows of `SPEED_SECONDS`.
 
     Raises
     ------
     McnError
         When there is no such name, or files are missing or damaged.
     """
-    require_choice("name", name, ("pets", "tud"))
-    held, files, measure = {
-        "pets": (pets.PETS, pets_files, measure_pets2009_speeds),
-        "tud": (TUD, tud_files, measure_tud_speeds),
-    }[name]
-    folder = data_folder()
-    if folder is None or not all(path.is_file() for path in files(folder)):
-        return read_table(BUNDLED / held / "speeds.csv.gz", dtype={SEQUENCE: str})
-    return measure(folder)
+    return SPEEDS[require_choice("name", name, tuple(SPEEDS))].tables()[0]
 
 
 def measure_pets2009_speeds(folder):
@@ -119,3 +109,10 @@ def _as_kept(table):
     """Speeds rounded as they are kept, so that the bundled table and a new one agree."""
     places = dict.fromkeys(table.select_dtypes(float).columns, 4)
     return table.round(places | {"share": 6})
+
+
+HEADINGS = Kept(pets.PETS, ("headings",), pets_files, measure_pets2009, text=(SEQUENCE,))
+SPEEDS = {
+    "pets": Kept(pets.PETS, ("speeds",), pets_files, measure_pets2009_speeds, text=(SEQUENCE,)),
+    "tud": Kept(TUD, ("speeds",), tud_files, measure_tud_speeds, text=(SEQUENCE,)),
+}
