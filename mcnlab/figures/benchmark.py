@@ -4,8 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from mcnlab.errors import ArgumentError
-from mcnlab.figures.registry import FORESEE
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import FORESEE, figure
 from mcnlab.occlusion.benchmark import DEFAULT, METHODS
 from mcnlab.occlusion.thesis import APART, BY_SPEED, SIDES, direction_table, speed_table
 from mcnlab.plotting.benchmark import (
@@ -42,11 +41,9 @@ def _ids(*measures, methods=METHODS):
     )
 
 
-@_figure(
+@figure(
     "foresight-scores",
-    "Who foresees occlusion best",
     notebook=FORESEE,
-    claim="How well does each forecaster do on recordings that it has not learned from?",
     ids=(
         *_ids("f1"),
         *(f"occlusion.mean.{method}.f1" for method in METHODS),
@@ -54,7 +51,13 @@ def _ids(*measures, methods=METHODS):
     ),
 )
 def scores(judged):
-    """F1 and average precision of every forecaster on every recording.
+    """Who foresees occlusion best.
+
+    F1 and average precision of every forecaster on every recording.
+
+    Question
+    --------
+    How well does each forecaster do on recordings that it has not learned from?
 
     Parameters
     ----------
@@ -70,16 +73,16 @@ def scores(judged):
     return figure
 
 
-@_figure(
-    "foresight-curves",
-    "Precision against recall",
-    notebook=FORESEE,
-    claim="What does one more occlusion found cost in false alarms, and is the threshold that "
-    "other recordings chose a good one here?",
-    ids=_ids("ap", methods=METHODS[1:]),
-)
+@figure("foresight-curves", notebook=FORESEE, ids=_ids("ap", methods=METHODS[1:]))
 def curves(judged):
-    """Precision against recall, one picture a recording, with the thresholds' points.
+    """Precision against recall.
+
+    Precision against recall, one picture a recording, with the thresholds' points.
+
+    Question
+    --------
+    What does one more occlusion found cost in false alarms, and is the threshold that other
+    recordings chose a good one here?
 
     Parameters
     ----------
@@ -95,15 +98,17 @@ def curves(judged):
     return figure
 
 
-@_figure(
-    "foresight-calibration",
-    "Does what is said to be likely happen as often?",
-    notebook=FORESEE,
-    claim="Of pairs that are said to occlude with some probability, does that share occlude?",
-    ids=_ids("calibration_error", methods=METHODS[1:]),
+@figure(
+    "foresight-calibration", notebook=FORESEE, ids=_ids("calibration_error", methods=METHODS[1:])
 )
 def calibration(judged):
-    """Reliability of the forecasters that say a probability, one picture a recording.
+    """Does what is said to be likely happen as often?
+
+    Reliability of the forecasters that say a probability, one picture a recording.
+
+    Question
+    --------
+    Of pairs that are said to occlude with some probability, does that share occlude?
 
     Parameters
     ----------
@@ -122,15 +127,15 @@ def calibration(judged):
     return figure
 
 
-@_figure(
-    "foresight-errors",
-    "How far off are time and place?",
-    notebook=FORESEE,
-    claim="Where a forecaster rightly says yes, how wrong is it about when and where?",
-    ids=_ids("time_error_s", "place_error"),
-)
+@figure("foresight-errors", notebook=FORESEE, ids=_ids("time_error_s", "place_error"))
 def errors(judged):
-    """Errors of time and place over true positives: medians, intervals and middle halves.
+    """How far off are time and place?
+
+    Errors of time and place over true positives: medians, intervals and middle halves.
+
+    Question
+    --------
+    Where a forecaster rightly says yes, how wrong is it about when and where?
 
     Parameters
     ----------
@@ -159,16 +164,20 @@ def errors(judged):
     return figure
 
 
-@_figure(
-    "learned-table",
-    "The thesis's tables and what experience says",
-    notebook=FORESEE,
-    claim="Do the pairs occlude that Tables 3.1 to 3.3 say will?",
-    finding="Framed cells disagree with the rule: more occlude than on the average where it "
-    "says 0, or fewer where it says 1.",
-)
+@figure("learned-table", notebook=FORESEE)
 def learned_table(experience, *, least=LEAST):
-    """Table 3.1 with Tables 3.2 and 3.3 below, and beside them the same, counted.
+    """The thesis's tables and what experience says.
+
+    Table 3.1 with Tables 3.2 and 3.3 below, and beside them the same, counted.
+
+    Question
+    --------
+    Do the pairs occlude that Tables 3.1 to 3.3 say will?
+
+    Finding
+    -------
+    Framed cells disagree with the rule: more occlude than on the average where it says 0, or fewer
+    where it says 1.
 
     Parameters
     ----------
@@ -222,15 +231,19 @@ def learned_table(experience, *, least=LEAST):
     return figure
 
 
-@_figure(
-    "foresight-pair",
-    "One pair: what was seen, what was foreseen, what happened",
-    notebook=FORESEE,
-    claim="What do the forecasters make of one second of two walkers?",
-    finding="Boxes in colour are foreseen, black ones are true.",
-)
+@figure("foresight-pair", notebook=FORESEE)
 def pair(recording, pairs, number, forecasts, *, thresholds=None):
-    """Four moments of one pair, and how much the two cover each other over time.
+    """One pair: what was seen, what was foreseen, what happened.
+
+    Four moments of one pair, and how much the two cover each other over time.
+
+    Question
+    --------
+    What do the forecasters make of one second of two walkers?
+
+    Finding
+    -------
+    Boxes in colour are foreseen, black ones are true.
 
     Parameters
     ----------

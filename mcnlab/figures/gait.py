@@ -4,8 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from mcnlab.errors import ArgumentError
-from mcnlab.figures.registry import SQUARE
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import SQUARE, figure
 from mcnlab.figures.walking import example_walk
 from mcnlab.plotting.gait import CUT, MADE, NOISY, REAL, plot_by_angle, plot_rhythm, plot_width
 from mcnlab.plotting.walking import plot_mask
@@ -16,17 +15,21 @@ from mcnlab.walking import gait, viewpoint
 VIEWS = {0: "σ = 0, frontal", 45: "σ = π/4", 90: "σ = π/2, square-on"}
 
 
-@_figure(
-    "2.1",
-    "A complete gait cycle",
-    section="2.1",
-    notebook=SQUARE,
-    claim="Heel strike, mid-swing, heel strike, mid-swing: two steps make one cycle.",
-    finding="From heel strike to the next heel strike of the same foot, seen square-on; the box "
-    "is widest at heel strike.",
-)
+@figure("2.1", section="2.1", notebook=SQUARE)
 def gait_cycle(masks, *, frame_rate, count=9):
-    """Figure 2.1: silhouettes over two steps, evenly spaced in time."""
+    """A complete gait cycle.
+
+    Figure 2.1: silhouettes over two steps, evenly spaced in time.
+
+    Claim
+    -----
+    Heel strike, mid-swing, heel strike, mid-swing: two steps make one cycle.
+
+    Finding
+    -------
+    From heel strike to the next heel strike of the same foot, seen square-on; the box is widest at
+    heel strike.
+    """
     boxes = measure_sequence(masks, sequence="walk", subject="walker").set_index(FRAME)
     events = gait.find_events(boxes.index, boxes[W], frame_rate=frame_rate)
     strikes = events.heel_strikes
@@ -57,13 +60,10 @@ def gait_cycle(masks, *, frame_rate, count=9):
     return figure
 
 
-@_figure(
+@figure(
     "2.2",
-    "Box width from three view angles",
     section="2.2",
     notebook=SQUARE,
-    claim="The gait cycle becomes detectable as the view turns from frontal to square-on, where "
-    "heel strikes and mid-swings are plain peaks and troughs.",
     ids=(
         "gait.casia-a.frontal.detectable",
         "gait.casia-a.oblique.detectable",
@@ -71,7 +71,15 @@ def gait_cycle(masks, *, frame_rate, count=9):
     ),
 )
 def widths(recording, made, truth):
-    """Figure 2.2: a real walker (above) and a synthetic one (below) from 0, π/4 and π/2."""
+    """Box width from three view angles.
+
+    Figure 2.2: a real walker (above) and a synthetic one (below) from 0, π/4 and π/2.
+
+    Claim
+    -----
+    The gait cycle becomes detectable as the view turns from frontal to square-on, where heel
+    strikes and mid-swings are plain peaks and troughs.
+    """
     figure, axes = plt.subplots(2, 3, figsize=(11, 5), sharey="row")
     for column, (angle, name) in enumerate(VIEWS.items()):
         real = _walk_at(recording, angle)
@@ -99,15 +107,20 @@ def widths(recording, made, truth):
     return figure
 
 
-@_figure(
-    "rhythm",
-    "The rhythm by autocorrelation",
-    notebook=SQUARE,
-    claim="Is the box width like itself one step later?",
-    finding="Square-on it is, and the lag is the step's period; frontal, hardly.",
-)
+@figure("rhythm", notebook=SQUARE)
 def rhythm(recording):
-    """Autocorrelation of width over height of one real walk from each view angle."""
+    """The rhythm by autocorrelation.
+
+    Autocorrelation of width over height of one real walk from each view angle.
+
+    Question
+    --------
+    Is the box width like itself one step later?
+
+    Finding
+    -------
+    Square-on it is, and the lag is the step's period; frontal, hardly.
+    """
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.2), sharey=True)
     for ax, (angle, name) in zip(axes, VIEWS.items(), strict=True):
         walk = _walk_at(recording, angle)
@@ -119,11 +132,9 @@ def rhythm(recording):
     return figure
 
 
-@_figure(
+@figure(
     "view-angle",
-    "How the gait fades as the camera leaves the side",
     notebook=SQUARE,
-    claim="How far from square-on may a camera stand?",
     ids=(
         "gait.synthetic.half_peak_off_square_deg",
         "gait.synthetic.right.90",
@@ -132,7 +143,13 @@ def rhythm(recording):
     ),
 )
 def view_angles(clean, noisy, cut, real):
-    """Rhythm and its detection against the view angle: synthetic, with noise, and real.
+    """How the gait fades as the camera leaves the side.
+
+    Rhythm and its detection against the view angle: synthetic, with noise, and real.
+
+    Question
+    --------
+    How far from square-on may a camera stand?
 
     Parameters
     ----------

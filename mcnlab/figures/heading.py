@@ -3,8 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab.figures.registry import READ
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import READ, figure
 from mcnlab.plotting.style import INK, PALE, UPPER
 from mcnlab.plotting.walking import (
     colour_of,
@@ -17,15 +16,20 @@ from mcnlab.tables import SEQUENCE
 from mcnlab.walking.evaluation import truth_of
 
 
-@_figure(
-    "geometry",
-    "The body as a ruler",
-    notebook=READ,
-    claim="A body of height H, s pixels tall, stands f/s body heights away.",
-    finding="Similar triangles: s/f = H/Z. No calibration is needed but the focal length.",
-)
+@figure("geometry", notebook=READ)
 def geometry():
-    """A pinhole camera from the side: two places of one walker."""
+    """The body as a ruler.
+
+    A pinhole camera from the side: two places of one walker.
+
+    Claim
+    -----
+    A body of height H, s pixels tall, stands f/s body heights away.
+
+    Finding
+    -------
+    Similar triangles: s/f = H/Z. No calibration is needed but the focal length.
+    """
     figure, ax = plt.subplots(figsize=(9, 3.6))
     focal, eye, stature = 1.2, 1.0, 1.7
     ax.plot([-0.2, 10], [0, 0], color=INK, lw=1)
@@ -57,15 +61,20 @@ def geometry():
     return figure
 
 
-@_figure(
-    "horizon",
-    "The horizon from the walkers",
-    notebook=READ,
-    claim="Box height is linear in the row of the feet; where it would be zero is the horizon.",
-    finding="Left a subject of CASIA A; right synthetic people under a camera 7 m up.",
-)
+@figure("horizon", notebook=READ)
 def horizons(level_boxes, level_camera, high_boxes, high_camera):
-    """Box height against foot row for a level and a high camera."""
+    """The horizon from the walkers.
+
+    Box height against foot row for a level and a high camera.
+
+    Claim
+    -----
+    Box height is linear in the row of the feet; where it would be zero is the horizon.
+
+    Finding
+    -------
+    Left a subject of CASIA A; right synthetic people under a camera 7 m up.
+    """
     figure, axes = plt.subplots(1, 2, figsize=(11, 4))
     for ax, boxes, camera, name in (
         (axes[0], level_boxes, level_camera, "CASIA A"),
@@ -77,11 +86,9 @@ def horizons(level_boxes, level_camera, high_boxes, high_camera):
     return figure
 
 
-@_figure(
+@figure(
     "heading",
-    "Heading errors",
     notebook=READ,
-    claim="Without training, is every direction right?",
     ids=(
         "direction.perspective.direction8",
         "direction.perspective.direction8.1s",
@@ -90,7 +97,13 @@ def horizons(level_boxes, level_camera, high_boxes, high_camera):
     ),
 )
 def heading_errors(recording, errors_by_window):
-    """Signed heading errors by true direction, for each window length.
+    """Heading errors.
+
+    Signed heading errors by true direction, for each window length.
+
+    Question
+    --------
+    Without training, is every direction right?
 
     Parameters
     ----------
@@ -110,15 +123,16 @@ def heading_errors(recording, errors_by_window):
     return figure
 
 
-@_figure(
-    "focal-length",
-    "How much the focal length matters",
-    notebook=READ,
-    claim="The focal length is the only thing that must be known.",
-    ids=("direction.perspective.focal_length_from_pace",),
-)
+@figure("focal-length", notebook=READ, ids=("direction.perspective.focal_length_from_pace",))
 def focal_lengths(lengths, right, error, from_pace):
-    """Accuracy and mean error against the focal length assumed."""
+    """How much the focal length matters.
+
+    Accuracy and mean error against the focal length assumed.
+
+    Claim
+    -----
+    The focal length is the only thing that must be known.
+    """
     figure, axes = plt.subplots(1, 2, figsize=(11, 4))
     plot_lines(lengths, {"perspective": right}, xlabel="focal length assumed (pixels)", ax=axes[0])
     plot_lines(
@@ -136,15 +150,20 @@ def focal_lengths(lengths, right, error, from_pace):
     return figure
 
 
-@_figure(
+@figure(
     "windows",
-    "How long one must look",
     notebook=READ,
-    claim="How fast does accuracy fall when only part of the walk is seen?",
     ids=("direction.perspective.direction8.1s", "direction.perspective.direction8.0.5s"),
 )
 def window_lengths(seconds, estimates):
-    """Accuracy against window length."""
+    """How long one must look.
+
+    Accuracy against window length.
+
+    Question
+    --------
+    How fast does accuracy fall when only part of the walk is seen?
+    """
     figure, ax = plt.subplots()
     plot_lines(
         seconds, {"perspective": estimates}, xlabel="window (s)", ylabel="directions right", ax=ax
@@ -153,15 +172,16 @@ def window_lengths(seconds, estimates):
     return figure
 
 
-@_figure(
-    "calibration",
-    "Are the intervals honest?",
-    notebook=READ,
-    claim="A 95 % interval should hold the true heading 95 % of the time.",
-    ids=("direction.perspective.synthetic.coverage95",),
-)
+@figure("calibration", notebook=READ, ids=("direction.perspective.synthetic.coverage95",))
 def calibrated(levels, estimates):
-    """Share of true headings inside the interval against its nominal level."""
+    """Are the intervals honest?
+
+    Share of true headings inside the interval against its nominal level.
+
+    Claim
+    -----
+    A 95 % interval should hold the true heading 95 % of the time.
+    """
     figure, ax = plt.subplots(figsize=(5.5, 5))
     ax.plot([0, 1], [0, 1], color=INK, lw=0.8, ls=":", label="honest")
     plot_lines(
@@ -175,26 +195,25 @@ def calibrated(levels, estimates):
     return figure
 
 
-@_figure(
-    "noise",
-    "Accuracy under segmentation noise",
-    notebook=READ,
-    claim="At level 1, 5 % of the frames are missing, 20 specks lie in each and a limb is cut.",
-    ids=("direction.perspective.synthetic.noise1",),
-)
+@figure("noise", notebook=READ, ids=("direction.perspective.synthetic.noise1",))
 def under_noise(levels, estimates):
-    """Accuracy against noise level, three methods, synthetic walkers."""
+    """Accuracy under segmentation noise.
+
+    Accuracy against noise level, three methods, synthetic walkers.
+
+    Claim
+    -----
+    At level 1, 5 % of the frames are missing, 20 specks lie in each and a limb is cut.
+    """
     figure, ax = plt.subplots()
     plot_lines(levels, estimates, xlabel="noise level", ax=ax)
     ax.set_ylim(None, 1.01)
     return figure
 
 
-@_figure(
+@figure(
     "pets",
-    "Outdoors, from above: PETS 2009",
     notebook=READ,
-    claim="The same code, unchanged, against world truth.",
     ids=(
         "direction.perspective.pets.direction8",
         "direction.perspective.pets.within45",
@@ -202,7 +221,14 @@ def under_noise(levels, estimates):
     ),
 )
 def pets(headings):
-    """Heading from boxes against the true one, one-second windows."""
+    """Outdoors, from above: PETS 2009.
+
+    Heading from boxes against the true one, one-second windows.
+
+    Claim
+    -----
+    The same code, unchanged, against world truth.
+    """
     figure, ax = plt.subplots(figsize=(5.5, 5.5))
     plot_against_truth(headings["true_sight"], headings["sight"], ax=ax)
     return figure

@@ -5,8 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from mcnlab.compass import DIRECTIONS, NAMES
-from mcnlab.figures.registry import TABULATE
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import TABULATE, figure
 from mcnlab.occlusion.composites import compose, compose_masks, start_frames
 from mcnlab.plotting.occlusion import (
     RULE_LABELS,
@@ -25,66 +24,71 @@ _STRIP = 0.16  # of the picture's height, below it
 _PAINT = mpl.colors.ListedColormap(["white", "#9db9da", "#eab9bf", "#4a4a4a"])
 
 
-@_figure(
-    "table-3.1",
-    "What two directions say",
-    section="3.3.1",
-    notebook=TABULATE,
-    claim="64 pairs of directions: 21 occlude for certain, 25 do not, 18 depend on speed.",
-    finding="Made from the printed rules, every cell equals the printed one.",
-    ids=("occlusion.tables.cells_equal",),
-)
+@figure("table-3.1", section="3.3.1", notebook=TABULATE, ids=("occlusion.tables.cells_equal",))
 def direction_table():
-    """Table 3.1."""
+    """What two directions say.
+
+    Claim
+    -----
+    64 pairs of directions: 21 occlude for certain, 25 do not, 18 depend on speed.
+
+    Finding
+    -------
+    Made from the printed rules, every cell equals the printed one.
+    """
     figure, ax = plt.subplots(figsize=(8.2, 7.4))
     plot_direction_table(ax)
     return figure
 
 
-@_figure(
-    "table-3.2",
-    "What two speed levels say, both going right",
-    section="3.3.1",
-    notebook=TABULATE,
-    claim="Going right, S1 is behind: time and place decide where it is the faster one.",
-    finding="Made from the rule, every cell equals the printed one.",
-    ids=("occlusion.tables.cells_equal",),
-)
+@figure("table-3.2", section="3.3.1", notebook=TABULATE, ids=("occlusion.tables.cells_equal",))
 def speed_table_right():
-    """Table 3.2."""
+    """What two speed levels say, both going right.
+
+    Claim
+    -----
+    Going right, S1 is behind: time and place decide where it is the faster one.
+
+    Finding
+    -------
+    Made from the rule, every cell equals the printed one.
+    """
     figure, ax = plt.subplots(figsize=(5.2, 5.2))
     plot_speed_table("right", ax)
     return figure
 
 
-@_figure(
-    "table-3.3",
-    "What two speed levels say, both going left",
-    section="3.3.1",
-    notebook=TABULATE,
-    claim="Going left, S2 is behind: time and place decide where it is the faster one.",
-    finding="The mirror image of Table 3.2; every cell equals the printed one.",
-    ids=("occlusion.tables.cells_equal",),
-)
+@figure("table-3.3", section="3.3.1", notebook=TABULATE, ids=("occlusion.tables.cells_equal",))
 def speed_table_left():
-    """Table 3.3."""
+    """What two speed levels say, both going left.
+
+    Claim
+    -----
+    Going left, S2 is behind: time and place decide where it is the faster one.
+
+    Finding
+    -------
+    The mirror image of Table 3.2; every cell equals the printed one.
+    """
     figure, ax = plt.subplots(figsize=(5.2, 5.2))
     plot_speed_table("left", ax)
     return figure
 
 
-@_figure(
-    "3.14",
-    "Cases of occlusion: two walks in one frame",
-    section="3.5",
-    notebook=TABULATE,
-    claim="3 & 7 and 3 & 6, level v3 each: occlusion, successfully foreseen.",
-    finding="One composite stands for each case, chosen without a look at what happens; the "
-    "notebook counts all that fit. Boxes cover each other before their centroids meet.",
-    ids=("occlusion.cases.right",),
-)
+@figure("3.14", section="3.5", notebook=TABULATE, ids=("occlusion.cases.right",))
 def cases_of_casia(judged, sources):
-    """Figure 3.14: the start, the decision and what really happens.
+    """Cases of occlusion: two walks in one frame.
+
+    Figure 3.14: the start, the decision and what really happens.
+
+    Claim
+    -----
+    3 & 7 and 3 & 6, level v3 each: occlusion, successfully foreseen.
+
+    Finding
+    -------
+    One composite stands for each case, chosen without a look at what happens; the notebook counts
+    all that fit. Boxes cover each other before their centroids meet.
 
     Parameters
     ----------
@@ -96,32 +100,47 @@ def cases_of_casia(judged, sources):
     return _cases(judged[judged["figure"].str.startswith("3.14")], sources)
 
 
-@_figure(
+@figure(
     "3.15",
-    "Cases of occlusion and of none",
     section="3.5",
     notebook=TABULATE,
-    claim="2 & 6, 3 & 7, and 3 & 3 with v3 and v1 occlude; 3 & 3 with v1 each do not.",
-    finding="The text of section 3.5 swaps (c) and (d); the captions are right. What nobody walks "
-    "in CASIA A, such as v1 across the view, is taken from a made street.",
     ids=("occlusion.cases.right", "occlusion.cases.street.right"),
 )
 def cases_of_speed(judged, sources):
-    """Figure 3.15: the start, the decision and what really happens; see Figure 3.14."""
+    """Cases of occlusion and of none.
+
+    Figure 3.15: the start, the decision and what really happens; see Figure 3.14.
+
+    Claim
+    -----
+    2 & 6, 3 & 7, and 3 & 3 with v3 and v1 occlude; 3 & 3 with v1 each do not.
+
+    Finding
+    -------
+    The text of section 3.5 swaps (c) and (d); the captions are right. What nobody walks in CASIA
+    A, such as v1 across the view, is taken from a made street.
+    """
     return _cases(judged[judged["figure"].str.startswith("3.15")], sources)
 
 
-@_figure(
+@figure(
     "table-errors",
-    "Where the tables err",
     notebook=TABULATE,
-    claim="What share of all composites occludes in each cell of Table 3.1?",
-    finding="Cells with a 1 fall short where walkers go along the line of sight, so that one "
-    "leaves first; walkers of one level in a P cell may occlude all the same.",
     ids=("occlusion.tables.right", "occlusion.tables.precision", "occlusion.tables.recall"),
 )
 def table_errors(counts):
-    """The 8×8 table of what happened, and of how often the tables and equations were wrong.
+    """Where the tables err.
+
+    The 8×8 table of what happened, and of how often the tables and equations were wrong.
+
+    Question
+    --------
+    What share of all composites occludes in each cell of Table 3.1?
+
+    Finding
+    -------
+    Cells with a 1 fall short where walkers go along the line of sight, so that one leaves first;
+    walkers of one level in a P cell may occlude all the same.
 
     Parameters
     ----------

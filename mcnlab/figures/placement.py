@@ -3,8 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab.figures.registry import EXACT, VOTE
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import EXACT, VOTE, figure
 from mcnlab.placement import cells
 from mcnlab.placement.cells import CHAOS, DIRECTED, NO_LOCUS
 from mcnlab.plotting.gait import plot_timeline
@@ -27,16 +26,20 @@ from mcnlab.plotting.style import CHOICE_COLOURS, CHOICE_MARKERS, INK, LOWER, PA
 from mcnlab.tables import FRAME, TRACE, X, Y
 
 
-@_figure(
-    "2.3",
-    "Loci of those who walk",
-    section="2.2.1",
-    notebook=VOTE,
-    claim="From overhead, the loci of many walkers make a visible pattern.",
-    finding="Lanes along the corridor and round its bends; those who cross or linger stand out.",
-)
+@figure("2.3", section="2.2.1", notebook=VOTE)
 def loci(scene, grid):
-    """Figure 2.3: every trace over the cells of the grid."""
+    """Loci of those who walk.
+
+    Figure 2.3: every trace over the cells of the grid.
+
+    Claim
+    -----
+    From overhead, the loci of many walkers make a visible pattern.
+
+    Finding
+    -------
+    Lanes along the corridor and round its bends; those who cross or linger stand out.
+    """
     figure, ax = plt.subplots(figsize=(9, 4.2))
     plot_ground(grid.area, walls=scene.walls, grid=grid, ax=ax)
     plot_traces(scene.traces, ax=ax)
@@ -44,16 +47,20 @@ def loci(scene, grid):
     return figure
 
 
-@_figure(
-    "2.4",
-    "The angle of a pattern of pixels",
-    section="2.2.2",
-    notebook=VOTE,
-    claim="The pixels of a locus in an 8×8 cell show one of the angles in [0, π].",
-    finding="The principal axis of the pixels; a point, a block or a cross has none.",
-)
+@figure("2.4", section="2.2.2", notebook=VOTE)
 def patterns():
-    """Figure 2.4: strokes at the eight bins' centres and patterns without an angle."""
+    """The angle of a pattern of pixels.
+
+    Figure 2.4: strokes at the eight bins' centres and patterns without an angle.
+
+    Claim
+    -----
+    The pixels of a locus in an 8×8 cell show one of the angles in [0, π].
+
+    Finding
+    -------
+    The principal axis of the pixels; a point, a block or a cross has none.
+    """
     examples = cells.example_patterns()
     angles, known = cells.infer_angle(np.stack(list(examples.values())))
     figure = plt.figure(figsize=(9, 3.4))
@@ -61,17 +68,22 @@ def patterns():
     return figure
 
 
-@_figure(
-    "2.5",
-    "Three kinds of cells",
-    section="2.2.2",
-    notebook=VOTE,
-    claim="A cell has one direction, or several (chaos), or nobody passed it.",
-    finding="Red is the highest bin, blue its neighbours, grey the others, which decide.",
-    ids=("placement.pets.directed", "placement.pets.chaos"),
+@figure(
+    "2.5", section="2.2.2", notebook=VOTE, ids=("placement.pets.directed", "placement.pets.chaos")
 )
 def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
-    """Figure 2.5: (a) a directed cell, (b) a chaos cell, (c) one without a locus."""
+    """Three kinds of cells.
+
+    Figure 2.5: (a) a directed cell, (b) a chaos cell, (c) one without a locus.
+
+    Claim
+    -----
+    A cell has one direction, or several (chaos), or nobody passed it.
+
+    Finding
+    -------
+    Red is the highest bin, blue its neighbours, grey the others, which decide.
+    """
     figure, axes = plt.subplots(2, 3, figsize=(10, 5), height_ratios=(1.1, 1))
     walks = placed.cells.histograms.sum(axis=2)
     names = {DIRECTED: "(a) one direction", CHAOS: "(b) chaos", NO_LOCUS: "(c) no locus"}
@@ -93,17 +105,21 @@ def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
     return figure
 
 
-@_figure(
-    "2.6",
-    "From path band to places",
-    section="2.2.3–2.2.4",
-    notebook=VOTE,
-    claim="The band grows from the strongest cell; where perpendiculars to it meet, cameras go.",
-    finding="Every directed cell votes, as in the thesis's experiment; the band and its thinned "
-    "line are drawn to show what would vote in their place.",
-)
+@figure("2.6", section="2.2.3–2.2.4", notebook=VOTE)
 def path_band(scene, grid, placed):
-    """Figure 2.6: (a) the band and its growth, (b) votes, (c) the places."""
+    """From path band to places.
+
+    Figure 2.6: (a) the band and its growth, (b) votes, (c) the places.
+
+    Claim
+    -----
+    The band grows from the strongest cell; where perpendiculars to it meet, cameras go.
+
+    Finding
+    -------
+    Every directed cell votes, as in the thesis's experiment; the band and its thinned line are
+    drawn to show what would vote in their place.
+    """
     figure, axes = plt.subplots(3, 1, figsize=(7.5, 10.5))
     order = cells.grow_band(placed.cells)
     for ax, name in zip(axes, ("(a) path band", "(b) votes", "(c) places"), strict=True):
@@ -118,17 +134,21 @@ def path_band(scene, grid, placed):
     return figure
 
 
-@_figure(
-    "2.10",
-    "A cell and its histogram",
-    section="2.3",
-    notebook=VOTE,
-    claim="A cell with 15 walks whose angles agree is given their direction.",
-    finding="The cell whose number of walks is nearest to 15 (its title says how many); no bin "
-    "(grey) but the highest (red) and its neighbours (blue) reaches 0.8 of the highest.",
-)
+@figure("2.10", section="2.3", notebook=VOTE)
 def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
-    """Figure 2.10: a directed cell with about so many walks."""
+    """A cell and its histogram.
+
+    Figure 2.10: a directed cell with about so many walks.
+
+    Claim
+    -----
+    A cell with 15 walks whose angles agree is given their direction.
+
+    Finding
+    -------
+    The cell whose number of walks is nearest to 15 (its title says how many); no bin (grey) but
+    the highest (red) and its neighbours (blue) reaches 0.8 of the highest.
+    """
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), width_ratios=(1, 1.5))
     counts = np.where(placed.cells.directed, placed.cells.histograms.sum(axis=2), -(10**6))
     cell = np.unravel_index(int(np.abs(counts - walks).argmin()), counts.shape)
@@ -143,16 +163,21 @@ def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
     return figure
 
 
-@_figure(
+@figure(
     "2.11",
-    "The mesh of votes and its humps",
     section="2.3",
     notebook=VOTE,
-    claim="Two humps, at grid cells (4, 4) and (5, 18), are the places for two cameras.",
     ids=("placement.corridor.humps", "placement.corridor.hump_error_m"),
 )
 def mesh(scene, grid, placed):
-    """Figure 2.11: votes as a mesh, and the same from above."""
+    """The mesh of votes and its humps.
+
+    Figure 2.11: votes as a mesh, and the same from above.
+
+    Claim
+    -----
+    Two humps, at grid cells (4, 4) and (5, 18), are the places for two cameras.
+    """
     figure = plt.figure(figsize=(12, 4.4))
     figure.get_layout_engine().set(wspace=0.12)  # the mesh's own label takes no room
     left = figure.add_subplot(1, 2, 1, projection="3d")
@@ -164,15 +189,16 @@ def mesh(scene, grid, placed):
     return figure
 
 
-@_figure(
-    "votes-on-real-people",
-    "Votes of real people",
-    notebook=VOTE,
-    claim="What do the votes say where people walk as they like?",
-    ids=("placement.pets.humps",),
-)
+@figure("votes-on-real-people", notebook=VOTE, ids=("placement.pets.humps",))
 def real_votes(scene, grid, placed):
-    """Traces, cells and votes of a real scene."""
+    """Votes of real people.
+
+    Traces, cells and votes of a real scene.
+
+    Question
+    --------
+    What do the votes say where people walk as they like?
+    """
     figure, axes = plt.subplots(1, 3, figsize=(12, 4.2))
     for ax, name in zip(axes, ("traces", "cells (shaded: chaos)", "votes"), strict=True):
         plot_ground(grid.area, walls=scene.walls, ax=ax)
@@ -218,16 +244,20 @@ def _draw_cell(scene, grid, cell, *, ax):
         spine.set(visible=True, color=PALE)
 
 
-@_figure(
-    "plans",
-    "Four ways to place the same cameras",
-    notebook=EXACT,
-    claim="Where do votes, ground seen, greed and proof put the cameras?",
-    finding="Green walker-seconds are seen square-on by some camera. Whoever maximises ground sees "
-    "the corridor along its length.",
-)
+@figure("plans", notebook=EXACT)
 def plans(site, chosen):
-    """One map a method: its cameras, and the walker-seconds they see square-on.
+    """Four ways to place the same cameras.
+
+    One map a method: its cameras, and the walker-seconds they see square-on.
+
+    Question
+    --------
+    Where do votes, ground seen, greed and proof put the cameras?
+
+    Finding
+    -------
+    Green walker-seconds are seen square-on by some camera. Whoever maximises ground sees the
+    corridor along its length.
 
     Parameters
     ----------
@@ -251,11 +281,9 @@ def plans(site, chosen):
     return figure
 
 
-@_figure(
+@figure(
     "price-of-voting",
-    "The price of voting",
     notebook=EXACT,
-    claim="How much less do voted cameras see, of people whom no method has seen?",
     ids=(
         "placement.corridor.price_of_voting",
         "placement.pets.price_of_voting",
@@ -267,22 +295,29 @@ def plans(site, chosen):
     ),
 )
 def price_of_voting(shares):
-    """Held-out shares of every method on every scene, with intervals over walkers."""
+    """The price of voting.
+
+    Held-out shares of every method on every scene, with intervals over walkers.
+
+    Question
+    --------
+    How much less do voted cameras see, of people whom no method has seen?
+    """
     scenes = shares["scene"].nunique()
     figure, ax = plt.subplots(figsize=(9, 1.6 + 0.62 * scenes))
     plot_shares(shares, ax=ax)
     return figure
 
 
-@_figure(
-    "how-many-cameras",
-    "How many cameras?",
-    notebook=EXACT,
-    claim="What does one more camera add? How many see 60 % of what they were chosen from?",
-    ids=("placement.corridor.fewest_for_0.6",),
-)
+@figure("how-many-cameras", notebook=EXACT, ids=("placement.corridor.fewest_for_0.6",))
 def how_many(tables, *, required):
-    """Held-out share against the number of cameras, one panel a scene.
+    """How many cameras?
+
+    Held-out share against the number of cameras, one panel a scene.
+
+    Question
+    --------
+    What does one more camera add? How many see 60 % of what they were chosen from?
 
     Parameters
     ----------
@@ -319,16 +354,19 @@ def how_many(tables, *, required):
     return figure
 
 
-@_figure(
-    "demands",
-    "Other demands on the same program",
-    notebook=EXACT,
-    claim="Places may be forbidden, cameras may cost, a gait may need two views.",
-    finding="Each is one more line in the integer program.",
-    ids=("placement.demands.largest_gap",),
-)
+@figure("demands", notebook=EXACT, ids=("placement.demands.largest_gap",))
 def demands(site, variants):
-    """Exact choices under other demands, one map each.
+    """Other demands on the same program.
+
+    Exact choices under other demands, one map each.
+
+    Claim
+    -----
+    Places may be forbidden, cameras may cost, a gait may need two views.
+
+    Finding
+    -------
+    Each is one more line in the integer program.
 
     Parameters
     ----------
@@ -352,11 +390,9 @@ def demands(site, variants):
     return figure
 
 
-@_figure(
+@figure(
     "master-and-slaves",
-    "Master and slaves",
     notebook=EXACT,
-    claim="The overhead camera wakes the cameras and tells them how fast to pan (section 2.2.5).",
     ids=(
         "control.corridor.awake_share",
         "control.corridor.square_share",
@@ -365,7 +401,13 @@ def demands(site, variants):
     ),
 )
 def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
-    """Which camera is awake when, how fast each must pan, and what a slower one loses.
+    """Master and slaves.
+
+    Which camera is awake when, how fast each must pan, and what a slower one loses.
+
+    Claim
+    -----
+    The overhead camera wakes the cameras and tells them how fast to pan (section 2.2.5).
 
     Parameters
     ----------

@@ -2,32 +2,34 @@
 
 import matplotlib.pyplot as plt
 
-from mcnlab.figures.registry import SPEED
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import SPEED, figure
 from mcnlab.plotting.speed import plot_by_distance, plot_by_level, plot_law, plot_levels
 from mcnlab.walking.speed import FAST, PASSING, SLOW
 
 
-@_figure(
-    "apparent-law",
-    "One walker, three levels",
-    notebook=SPEED,
-    claim="How fast somebody seems depends on how near the camera he is (3.2.2).",
-    finding="p = f·v/Z: who walks at one speed passes through the levels by distance alone.",
-)
+@figure("apparent-law", notebook=SPEED)
 def law(slow=SLOW, fast=FAST):
-    """p against distance for three true speeds, over the levels."""
+    """One walker, three levels.
+
+    p against distance for three true speeds, over the levels.
+
+    Claim
+    -----
+    How fast somebody seems depends on how near the camera he is (3.2.2).
+
+    Finding
+    -------
+    p = f·v/Z: who walks at one speed passes through the levels by distance alone.
+    """
     figure, ax = plt.subplots(figsize=(8, 4.2))
     plot_law(slow=slow, fast=fast, ax=ax)
     ax.set_title("Across the view of a camera 60° wide")
     return figure
 
 
-@_figure(
+@figure(
     "apparent-bins",
-    "True speed within each level",
     notebook=SPEED,
-    claim="Does a higher level mean a faster walker?",
     ids=(
         "speed.pets.v1.median_mps",
         "speed.pets.v2.median_mps",
@@ -39,7 +41,13 @@ def law(slow=SLOW, fast=FAST):
     ),
 )
 def true_speeds(tables, medians):
-    """True speeds by level, one picture a place.
+    """True speed within each level.
+
+    True speeds by level, one picture a place.
+
+    Question
+    --------
+    Does a higher level mean a faster walker?
 
     Parameters
     ----------
@@ -55,11 +63,9 @@ def true_speeds(tables, medians):
     return figure
 
 
-@_figure(
+@figure(
     "apparent-distance",
-    "What distance does to speed, and what is left of it in body heights",
     notebook=SPEED,
-    claim="Pixels a true metre, and body heights a true metre, against distance.",
     ids=(
         "speed.pets.pixels.distance_slope",
         "speed.pets.body_heights.distance_slope",
@@ -70,7 +76,13 @@ def true_speeds(tables, medians):
     ),
 )
 def against_distance(tables):
-    """Sideways speed over true sideways speed, against distance; a row a place.
+    """What distance does to speed, and what is left of it in body heights.
+
+    Sideways speed over true sideways speed, against distance; a row a place.
+
+    Claim
+    -----
+    Pixels a true metre, and body heights a true metre, against distance.
 
     Parameters
     ----------
@@ -107,11 +119,9 @@ def against_distance(tables):
     return figure
 
 
-@_figure(
+@figure(
     "casia-levels",
-    "The levels that CASIA A's walks get",
     notebook=SPEED,
-    claim="Walkers in directions 3, 6 and 7 have level 3 (Figure 3.14).",
     ids=(
         "speed.casia-a.d3.v3",
         "speed.casia-a.d6.v3",
@@ -119,7 +129,14 @@ def against_distance(tables):
     ),
 )
 def casia_levels(directions, level):
-    """Shares of the levels among the windows of each true direction."""
+    """The levels that CASIA A's walks get.
+
+    Shares of the levels among the windows of each true direction.
+
+    Claim
+    -----
+    Walkers in directions 3, 6 and 7 have level 3 (Figure 3.14).
+    """
     figure, ax = plt.subplots(figsize=(9, 3.8))
     plot_levels(directions, level, ax=ax)
     return figure

@@ -5,8 +5,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator
 
 from mcnlab.cameras.homography import project
-from mcnlab.figures.registry import ABOVE
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import ABOVE, figure
 from mcnlab.plotting import vision
 from mcnlab.plotting.placement import plot_ground, plot_traces
 from mcnlab.plotting.style import FINDER_COLOURS, FLOW_COLOURS, FLOW_HATCHES, INK, UPPER
@@ -16,16 +15,20 @@ from mcnlab.tables import TRACE, X, Y
 WHEEL = 64  # pixels
 
 
-@_figure(
-    "2.7",
-    "Corridor sequence",
-    section="2.3",
-    notebook=ABOVE,
-    claim="The corridor, filmed from the top floor.",
-    finding="The hall's video is not published; this is our own corridor, rendered, with truth.",
-)
+@figure("2.7", section="2.3", notebook=ABOVE)
 def corridor_sequence(frames, *, frame_rate, count=6):
-    """Figure 2.7: frames of the sequence, evenly spaced."""
+    """Corridor sequence.
+
+    Figure 2.7: frames of the sequence, evenly spaced.
+
+    Claim
+    -----
+    The corridor, filmed from the top floor.
+
+    Finding
+    -------
+    The hall's video is not published; this is our own corridor, rendered, with truth.
+    """
     figure, axes = plt.subplots(2, (count + 1) // 2, figsize=(11, 4.5))
     for ax in axes.flat[count:]:
         ax.axis("off")
@@ -34,16 +37,20 @@ def corridor_sequence(frames, *, frame_rate, count=6):
     return figure
 
 
-@_figure(
-    "2.8",
-    "From optical flow to the bottom of the silhouette",
-    section="2.3",
-    notebook=ABOVE,
-    claim="Horn and Schunck's flow, made binary, shows the walkers; their lowest point is traced.",
-    finding="It does, for those who move; slow feet and still people are lost.",
-)
+@figure("2.8", section="2.3", notebook=ABOVE)
 def flow_to_feet(frame, motion, mask, feet):
-    """Figure 2.8: (a) a frame, (b) its flow, (c) moving silhouettes and their feet."""
+    """From optical flow to the bottom of the silhouette.
+
+    Figure 2.8: (a) a frame, (b) its flow, (c) moving silhouettes and their feet.
+
+    Claim
+    -----
+    Horn and Schunck's flow, made binary, shows the walkers; their lowest point is traced.
+
+    Finding
+    -------
+    It does, for those who move; slow feet and still people are lost.
+    """
     figure, axes = plt.subplots(1, 3, figsize=(12, 2.7))
     plot_frame(frame, title="(a) frame", ax=axes[0])
     draw_flow(motion, title="(b) optical flow, Horn–Schunck", ax=axes[1])
@@ -51,15 +58,19 @@ def flow_to_feet(frame, motion, mask, feet):
     return figure
 
 
-@_figure(
-    "finders",
-    "Ways to find who moves",
-    notebook=ABOVE,
-    claim="What would one use today in place of Horn and Schunck?",
-    finding="Background subtraction keeps to the bodies; flow spreads over the floor about them.",
-)
+@figure("finders", notebook=ABOVE)
 def finders(frame, motions, masks):
-    """The same frame by every flow, and the silhouettes by every finder.
+    """Ways to find who moves.
+
+    The same frame by every flow, and the silhouettes by every finder.
+
+    Question
+    --------
+    What would one use today in place of Horn and Schunck?
+
+    Finding
+    -------
+    Background subtraction keeps to the bodies; flow spreads over the floor about them.
 
     Parameters
     ----------
@@ -83,12 +94,10 @@ def finders(frame, motions, masks):
     return figure
 
 
-@_figure(
+@figure(
     "2.9",
-    "Traces over the view and on the grid map",
     section="2.3",
     notebook=ABOVE,
-    claim="A homography takes the traces to the grid map.",
     ids=(
         "placement.corridor.background.recall",
         "placement.corridor.background.median_error_m",
@@ -97,7 +106,13 @@ def finders(frame, motions, masks):
     ),
 )
 def traces_on_map(frame, homography, traces, truth, grid):
-    """Figure 2.9: traces over the overhead view, and on the grid map beside the truth.
+    """Traces over the view and on the grid map.
+
+    Figure 2.9: traces over the overhead view, and on the grid map beside the truth.
+
+    Claim
+    -----
+    A homography takes the traces to the grid map.
 
     Parameters
     ----------
@@ -130,15 +145,19 @@ def traces_on_map(frame, homography, traces, truth, grid):
     return figure
 
 
-@_figure(
+@figure(
     "flow-errors",
-    "End-point errors",
     notebook=ABOVE,
-    claim="How far is each flow from the truth, on average?",
     ids=("flow.turning.horn-schunck.epe", "flow.turning.farneback.epe"),
 )
 def flow_errors(errors, examples):
-    """Errors of every method on every sequence; a flow and its truth.
+    """End-point errors.
+
+    Errors of every method on every sequence; a flow and its truth.
+
+    Question
+    --------
+    How far is each flow from the truth, on average?
 
     Parameters
     ----------
@@ -179,11 +198,9 @@ def flow_errors(errors, examples):
     return figure
 
 
-@_figure(
+@figure(
     "pets-traces",
-    "Real people on the ground",
     notebook=ABOVE,
-    claim="How well do video and calibration alone tell where people's feet are?",
     ids=tuple(
         f"placement.pets.{method}.{name}"
         for method in ("background", "horn-schunck")
@@ -191,7 +208,13 @@ def flow_errors(errors, examples):
     ),
 )
 def pets_traces(points, scores):
-    """PETS 2009: traces by two finders, and how they score.
+    """Real people on the ground.
+
+    PETS 2009: traces by two finders, and how they score.
+
+    Question
+    --------
+    How well do video and calibration alone tell where people's feet are?
 
     Parameters
     ----------

@@ -6,8 +6,7 @@ import numpy as np
 from mcnlab.compass import DIRECTIONS
 from mcnlab.datasets.mirror import SUFFIX
 from mcnlab.errors import ArgumentError, SilhouetteError
-from mcnlab.figures.registry import MIRROR, SEPARATE, START, TRACE
-from mcnlab.figures.registry import figure as _figure
+from mcnlab.figures.registry import MIRROR, SEPARATE, START, TRACE, figure
 from mcnlab.plotting.style import INK, PALE, UPPER
 from mcnlab.plotting.walking import (
     colour_of,
@@ -28,33 +27,38 @@ from mcnlab.walking.direction import LinearSeparators, group_of
 from mcnlab.walking.evaluation import truth_of
 
 
-@_figure(
-    "3.2",
-    "Eight directions of motion",
-    section="3.2.1",
-    notebook=START,
-    claim="Eight directions, 45° apart, are enough to foresee occlusion.",
-    finding="Numbered clockwise from away; the figure itself is lost, the tables agree with "
-    "this reading.",
-)
+@figure("3.2", section="3.2.1", notebook=START)
 def directions():
-    """Figure 3.2."""
+    """Eight directions of motion.
+
+    Claim
+    -----
+    Eight directions, 45° apart, are enough to foresee occlusion.
+
+    Finding
+    -------
+    Numbered clockwise from away; the figure itself is lost, the tables agree with this reading.
+    """
     figure, ax = plt.subplots(figsize=(5, 5))
     plot_directions(ax)
     return figure
 
 
-@_figure(
-    "mirror",
-    "Mirroring makes eight directions out of six",
-    notebook=MIRROR,
-    claim="320 videos, 40 in each direction, by mirroring the 45° walks (section 3.1).",
-    finding="Two walks a subject and direction, 16 videos a subject, as in the thesis; how many "
-    "subjects depends on the data at hand.",
-    ids=("casia-a.videos", "casia-a.videos_per_direction"),
-)
+@figure("mirror", notebook=MIRROR, ids=("casia-a.videos", "casia-a.videos_per_direction"))
 def mirroring(recording, mirrored):
-    """Videos a direction before and after mirroring, and one walk beside its mirror image."""
+    """Mirroring makes eight directions out of six.
+
+    Videos a direction before and after mirroring, and one walk beside its mirror image.
+
+    Claim
+    -----
+    320 videos, 40 in each direction, by mirroring the 45° walks (section 3.1).
+
+    Finding
+    -------
+    Two walks a subject and direction, 16 videos a subject, as in the thesis; how many subjects
+    depends on the data at hand.
+    """
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(1, 1.2))
     before = np.bincount(truth_of(recording), minlength=9)[1:]
     after = np.bincount(truth_of(mirrored), minlength=9)[1:]
@@ -80,16 +84,20 @@ def mirroring(recording, mirrored):
     return figure
 
 
-@_figure(
-    "3.3",
-    "How a walker's box changes",
-    section="3.2.1",
-    notebook=TRACE,
-    claim="Size and place of the box together make a pattern that is unique to each direction.",
-    finding="Left and right differ in place only: their sizes are mirror images.",
-)
+@figure("3.3", section="3.2.1", notebook=TRACE)
 def box_patterns(recording, *, subject=None):
-    """Figure 3.3: boxes in each of the eight directions, of one subject if given."""
+    """How a walker's box changes.
+
+    Figure 3.3: boxes in each of the eight directions, of one subject if given.
+
+    Claim
+    -----
+    Size and place of the box together make a pattern that is unique to each direction.
+
+    Finding
+    -------
+    Left and right differ in place only: their sizes are mirror images.
+    """
     figure, axes = plt.subplots(2, 4, figsize=(11, 4.4))
     for direction, ax in zip(DIRECTIONS, axes.flat, strict=True):
         plot_boxes(
@@ -103,43 +111,55 @@ def box_patterns(recording, *, subject=None):
     return figure
 
 
-@_figure(
-    "3.4",
-    "Height against frame number",
-    section="3.2.1",
-    notebook=TRACE,
-    claim="Height stays level across the view, grows toward the camera and shrinks away from it.",
-    finding="So it does, with a ripple of a few pixels at every step.",
-)
+@figure("3.4", section="3.2.1", notebook=TRACE)
 def height_curves(recording, *, subject=None):
-    """Figure 3.4: four directions."""
+    """Height against frame number.
+
+    Figure 3.4: four directions.
+
+    Claim
+    -----
+    Height stays level across the view, grows toward the camera and shrinks away from it.
+
+    Finding
+    -------
+    So it does, with a ripple of a few pixels at every step.
+    """
     return _curves(recording, H, subject)
 
 
-@_figure(
-    "3.5",
-    "Width against frame number",
-    section="3.2.1",
-    notebook=TRACE,
-    claim="Across the view, width swings with the legs at regular intervals.",
-    finding="It swings in every oblique view too, and hides the slope that it is to show.",
-)
+@figure("3.5", section="3.2.1", notebook=TRACE)
 def width_curves(recording, *, subject=None):
-    """Figure 3.5: four directions."""
+    """Width against frame number.
+
+    Figure 3.5: four directions.
+
+    Claim
+    -----
+    Across the view, width swings with the legs at regular intervals.
+
+    Finding
+    -------
+    It swings in every oblique view too, and hides the slope that it is to show.
+    """
     return _curves(recording, W, subject)
 
 
-@_figure(
-    "3.6",
-    "Frame rectification and removal of unwanted blobs",
-    section="3.2.1 (a)",
-    notebook=TRACE,
-    claim="The largest connected component is the subject; optical flow mends the segmentation.",
-    finding="The largest component alone loses heads and legs; fragments in one column with it "
-    "are kept here, and the flow's vote brings back what is lost for a frame or two.",
-)
+@figure("3.6", section="3.2.1 (a)", notebook=TRACE)
 def rectified_frames(first, second):
-    """Figure 3.6: two sequences of masks as they come, and mended."""
+    """Frame rectification and removal of unwanted blobs.
+
+    Figure 3.6: two sequences of masks as they come, and mended.
+
+    Claim
+    -----
+    The largest connected component is the subject; optical flow mends the segmentation.
+
+    Finding
+    -------
+    The largest component alone loses heads and legs; fragments in one column with it are kept
+    here, and the flow's vote brings back what is lost for a frame or two.
+    """
     figure, axes = plt.subplots(4, 5, figsize=(11, 6.6))
     for masks, rows, name in ((first, axes[:2], "sequence 1"), (second, axes[2:], "sequence 2")):
         mended = rectify_with_flow(masks)
@@ -149,16 +169,20 @@ def rectified_frames(first, second):
     return figure
 
 
-@_figure(
-    "3.7",
-    "Morphological operations and tracking",
-    section="3.2.1 (b)",
-    notebook=TRACE,
-    claim="A box fitted to the mended silhouette follows the subject.",
-    finding="Direction 6: what is no body removed and gaps closed above, boxed below.",
-)
+@figure("3.7", section="3.2.1 (b)", notebook=TRACE)
 def tracked_frames(masks):
-    """Figure 3.7: noise removed and closed above, boxed below."""
+    """Morphological operations and tracking.
+
+    Figure 3.7: noise removed and closed above, boxed below.
+
+    Claim
+    -----
+    A box fitted to the mended silhouette follows the subject.
+
+    Finding
+    -------
+    Direction 6: what is no body removed and gaps closed above, boxed below.
+    """
     figure, axes = plt.subplots(2, 5, figsize=(11, 3.5))
     for index, above, below in zip(_measurable(masks, 5), *axes, strict=True):
         body = find_body(masks[index])
@@ -168,31 +192,37 @@ def tracked_frames(masks):
     return figure
 
 
-@_figure(
-    "3.8",
-    "Envelope over the plot",
-    section="3.2.1 (c)",
-    notebook=TRACE,
-    claim="Maxima and minima of a gait cycle bound the curve between two lines.",
-    finding="They are regressions: the extrema scatter about them, and single ones lie outside.",
-)
+@figure("3.8", section="3.2.1 (c)", notebook=TRACE)
 def envelope(walk, **thresholds):
-    """Figure 3.8."""
+    """Envelope over the plot.
+
+    Claim
+    -----
+    Maxima and minima of a gait cycle bound the curve between two lines.
+
+    Finding
+    -------
+    They are regressions: the extrema scatter about them, and single ones lie outside.
+    """
     figure, ax = plt.subplots()
     plot_phase(_phase(walk, W, thresholds), dimension="w", parts=("extrema", "envelope"), ax=ax)
     return figure
 
 
-@_figure(
-    "3.9",
-    "Detection and removal of soft extrema",
-    section="3.2.1 (c)",
-    notebook=TRACE,
-    claim="A maximum below the regression line, or a minimum above it, is misplaced.",
-    finding="The rule drops ripples on the wrong side of the regression line.",
-)
+@figure("3.9", section="3.2.1 (c)", notebook=TRACE)
 def soft_extrema(walk, **thresholds):
-    """Figure 3.9: (a) with soft extrema, (b) without."""
+    """Detection and removal of soft extrema.
+
+    Figure 3.9: (a) with soft extrema, (b) without.
+
+    Claim
+    -----
+    A maximum below the regression line, or a minimum above it, is misplaced.
+
+    Finding
+    -------
+    The rule drops ripples on the wrong side of the regression line.
+    """
     figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
     found = _phase(walk, W, thresholds)
     for ax, parts, title in zip(
@@ -206,16 +236,20 @@ def soft_extrema(walk, **thresholds):
     return figure
 
 
-@_figure(
-    "3.10",
-    "Envelope and average line",
-    section="3.2.1 (c)",
-    notebook=TRACE,
-    claim="The line midway between the two envelope lines is the walk's phase.",
-    finding="Drawn as defined; its slope is m_w here.",
-)
+@figure("3.10", section="3.2.1 (c)", notebook=TRACE)
 def average_line(walk, **thresholds):
-    """Figure 3.10: (a) envelope, (b) the average line with it."""
+    """Envelope and average line.
+
+    Figure 3.10: (a) envelope, (b) the average line with it.
+
+    Claim
+    -----
+    The line midway between the two envelope lines is the walk's phase.
+
+    Finding
+    -------
+    Drawn as defined; its slope is m_w here.
+    """
     figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
     found = _phase(walk, W, thresholds)
     plot_phase(found, dimension="w", parts=("extrema", "envelope"), ax=axes[0])
@@ -225,17 +259,21 @@ def average_line(walk, **thresholds):
     return figure
 
 
-@_figure(
-    "3.11",
-    "Near and far in one direction",
-    section="3.2.1 (d)",
-    notebook=TRACE,
-    claim="Distance changes the span of the graph but not its phase.",
-    finding="True where the phase is about zero, as in direction 3; elsewhere the slope grows "
-    "with nearness (see the slope figure).",
-)
+@figure("3.11", section="3.2.1 (d)", notebook=TRACE)
 def near_and_far(recording, **thresholds):
-    """Figure 3.11: the tallest and the smallest walker in direction 3."""
+    """Near and far in one direction.
+
+    Figure 3.11: the tallest and the smallest walker in direction 3.
+
+    Claim
+    -----
+    Distance changes the span of the graph but not its phase.
+
+    Finding
+    -------
+    True where the phase is about zero, as in direction 3; elsewhere the slope grows with nearness
+    (see the slope figure).
+    """
     figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
     mean = recording.boxes.groupby(SEQUENCE, sort=False)[H].mean()
     right = mean[recording.directions[mean.index] == 3]
@@ -248,41 +286,55 @@ def near_and_far(recording, **thresholds):
     return figure
 
 
-@_figure(
+@figure(
     "3.12",
-    "Directions by height",
     section="3.2.1 (e)",
     notebook=SEPARATE,
-    claim="Best-fitting linear separators on m_h tell the direction in 93.75 % of 320 videos.",
     ids=("direction.height.phase5.resubstitution", "direction.height.phase5.loso"),
 )
 def phases_by_height(recording, measured):
-    """Figure 3.12: m_h against video."""
+    """Directions by height.
+
+    Figure 3.12: m_h against video.
+
+    Claim
+    -----
+    Best-fitting linear separators on m_h tell the direction in 93.75 % of 320 videos.
+    """
     return _phase_figure(recording, measured["m_h"], "m_h, slope of height (pixels a frame)")
 
 
-@_figure(
+@figure(
     "3.13",
-    "Directions by width",
     section="3.2.1 (e)",
     notebook=SEPARATE,
-    claim="Best-fitting linear separators on m_w tell the direction in 83.75 % of 320 videos.",
     ids=("direction.width.phase5.resubstitution", "direction.width.phase5.loso"),
 )
 def phases_by_width(recording, measured):
-    """Figure 3.13: m_w against video."""
+    """Directions by width.
+
+    Figure 3.13: m_w against video.
+
+    Claim
+    -----
+    Best-fitting linear separators on m_w tell the direction in 83.75 % of 320 videos.
+    """
     return _phase_figure(recording, measured["m_w"], "m_w, slope of width (pixels a frame)")
 
 
-@_figure(
+@figure(
     "thresholds",
-    "What the rules for extrema could have given",
     notebook=SEPARATE,
-    claim="The thesis names no rule for extrema. Does some rule reach its accuracies?",
     ids=("direction.height.phase5.best_of_sweep", "direction.width.phase5.best_of_sweep"),
 )
 def thresholds(sweep, claims):
-    """Resubstitution against prominence, one line a spacing and soft rule.
+    """What the rules for extrema could have given.
+
+    Resubstitution against prominence, one line a spacing and soft rule.
+
+    Question
+    --------
+    The thesis names no rule for extrema. Does some rule reach its accuracies?
 
     Parameters
     ----------
@@ -313,28 +365,34 @@ def thresholds(sweep, claims):
     return figure
 
 
-@_figure(
-    "growth",
-    "The relative growth of height",
-    notebook=SEPARATE,
-    claim="Does a phase that does not depend on distance separate the five groups better?",
-    ids=("direction.height-growth.phase5.loso",),
-)
+@figure("growth", notebook=SEPARATE, ids=("direction.height-growth.phase5.loso",))
 def phases_by_growth(recording, space):
-    """Relative growth against video, with its separators."""
+    """The relative growth of height.
+
+    Relative growth against video, with its separators.
+
+    Question
+    --------
+    Does a phase that does not depend on distance separate the five groups better?
+    """
     return _phase_figure(recording, space["height_growth"], "relative growth of height (1/s)")
 
 
-@_figure(
-    "slope",
-    "Why the slope depends on distance",
-    notebook=SEPARATE,
-    claim="The thesis calls the slope distance-invariant (section 3.2.1 (d)).",
-    finding="It is not: in one direction a taller image means a steeper slope. The relative "
-    "growth depends on it less.",
-)
+@figure("slope", notebook=SEPARATE)
 def slope_and_distance(recording, measured, space):
-    """Raw slope and relative growth against mean box height, walks along the view."""
+    """Why the slope depends on distance.
+
+    Raw slope and relative growth against mean box height, walks along the view.
+
+    Claim
+    -----
+    The thesis calls the slope distance-invariant (section 3.2.1 (d)).
+
+    Finding
+    -------
+    It is not: in one direction a taller image means a steeper slope. The relative growth depends
+    on it less.
+    """
     figure, axes = plt.subplots(1, 2, figsize=(11, 4))
     mean = recording.boxes.groupby(SEQUENCE, sort=False)[H].mean()
     truth = truth_of(recording)
@@ -358,29 +416,34 @@ def slope_and_distance(recording, measured, space):
     return figure
 
 
-@_figure(
-    "phase-space",
-    "Eight directions in the phase space",
-    notebook=SEPARATE,
-    claim="Can linear separators tell all eight directions, left and right included?",
-    ids=("direction.phase-space.direction8.loso",),
-)
+@figure("phase-space", notebook=SEPARATE, ids=("direction.phase-space.direction8.loso",))
 def phase_space(recording, space):
-    """Sideways speed against relative growth."""
+    """Eight directions in the phase space.
+
+    Sideways speed against relative growth.
+
+    Question
+    --------
+    Can linear separators tell all eight directions, left and right included?
+    """
     figure, ax = plt.subplots(figsize=(8, 5))
     plot_phase_space(space, truth_of(recording, space.index), ax=ax)
     return figure
 
 
-@_figure(
-    "walkers",
-    "Synthetic walkers beside real ones",
-    notebook=START,
-    claim="Are the walkers that we can make like those that were filmed?",
-    finding="Made walkers in colour over every real walk of that direction in grey.",
-)
+@figure("walkers", notebook=START)
 def walkers(made, recording, real=None):
-    """Synthetic silhouettes (and real ones if given) over their height and width curves.
+    """Synthetic walkers beside real ones.
+
+    Synthetic silhouettes (and real ones if given) over their height and width curves.
+
+    Question
+    --------
+    Are the walkers that we can make like those that were filmed?
+
+    Finding
+    -------
+    Made walkers in colour over every real walk of that direction in grey.
 
     Parameters
     ----------

@@ -1,14 +1,9 @@
 """What the figures and the panels of the benchmark draw."""
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import re
 from dataclasses import replace
 
 import ipywidgets
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -75,13 +70,6 @@ def tables():
 def judged(tables):
     """How the forecasters did."""
     return benchmark.judge(list(tables.values()), draws=40)
-
-
-@pytest.fixture(autouse=True)
-def closed():
-    """No figure outlives its test."""
-    yield
-    plt.close("all")
 
 
 def subset(judged, names):

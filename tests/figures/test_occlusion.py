@@ -1,9 +1,5 @@
 """The occlusion figures show what was judged; the panel says what the tables say."""
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import re
 
 import matplotlib.pyplot as plt
@@ -33,13 +29,6 @@ def sources():
 def judged(sources):
     """The six cases."""
     return thesis_check.judge_cases(sources)
-
-
-@pytest.fixture(autouse=True)
-def closed():
-    """No figure outlives its test."""
-    yield
-    plt.close("all")
 
 
 def written(ax):

@@ -1,12 +1,7 @@
 """What the figures and the panel of apparent speed draw."""
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import re
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
@@ -34,13 +29,6 @@ def seconds(tables):
         title: table.assign(level=speed.level_of(table["share"], frame_width=1))
         for title, table in held.items()
     }
-
-
-@pytest.fixture(autouse=True)
-def closed():
-    """No figure outlives its test."""
-    yield
-    plt.close("all")
 
 
 def lines_of(ax):

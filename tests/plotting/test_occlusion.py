@@ -1,9 +1,5 @@
 """The charts show what the tables say, and the arrows go where the walkers go."""
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -22,20 +18,11 @@ from mcnlab.plotting.occlusion import (
     plot_speed_table,
     plot_two_walkers,
 )
-from mcnlab.plotting.style import use_style
 from mcnlab.plotting.vision import plot_frame
 from mcnlab.walking.speed import level_of
 
 RULE_OF = {colour: rule for rule, colour in RULE_COLOURS.items()}
 BOXES = [(200, 60, 40, 90), (60, 50, 40, 100)]  # the first one is on the right: S2
-
-
-@pytest.fixture(autouse=True)
-def _close_figures():
-    with plt.rc_context():
-        use_style()
-        yield
-    plt.close("all")
 
 
 @pytest.fixture
