@@ -11,8 +11,8 @@ PACKAGE = Path(__file__).resolve().parent.parent / "mcnlab"
 ROOMS = [
     "errors",
     "files",
-    "compass",
     "checks",
+    "compass",
     "tables",
     "regression",
     "statistics",

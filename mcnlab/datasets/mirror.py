@@ -10,6 +10,7 @@ import pandas as pd
 
 from mcnlab import tables
 from mcnlab.checks import require_count
+from mcnlab.compass import direction_of, heading_of
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.tables import CX, SEQUENCE, W, X
 
@@ -29,10 +30,7 @@ def mirror_direction(direction):
     ArgumentError
         When a direction is not 1 … 8.
     """
-    direction = np.asarray(direction)
-    if not np.isin(direction, range(1, 9)).all():
-        raise ArgumentError(f"direction is {direction}; pass whole numbers 1 to 8.")
-    mirrored = (1 - direction) % 8 + 1
+    mirrored = direction_of(-heading_of(direction))
     return int(mirrored) if mirrored.ndim == 0 else mirrored
 
 

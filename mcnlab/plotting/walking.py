@@ -8,7 +8,7 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mcnlab.compass import DIRECTIONS, NAMES, heading_of
+from mcnlab.compass import DIRECTIONS, NAMES, heading_of, turn_between
 from mcnlab.plotting.style import (
     GROUP_COLOURS,
     INK,
@@ -324,7 +324,7 @@ def plot_against_truth(true, said, *, ax=None):
     """Headings here against true headings, degrees, wrapped to one turn."""
     ax = axes_or_new(ax)
     true = np.asarray(true) % 360
-    said = true + (np.asarray(said) - true + 180) % 360 - 180
+    said = true + turn_between(said, true)
     ax.plot([0, 360], [0, 360], color=INK, lw=0.8)
     for side in (-45, 45):
         ax.plot([0, 360], [side, 360 + side], color=PALE, lw=0.8, ls="--")

@@ -16,6 +16,7 @@ import pandas as pd
 
 from mcnlab.cameras.camera import View
 from mcnlab.checks import require_count
+from mcnlab.compass import heading_of
 from mcnlab.datasets.recording import Recording
 from mcnlab.synthetic.body import Body, draw_body
 from mcnlab.synthetic.walkers import make_walk
@@ -84,7 +85,7 @@ def make_street(*, brisk=3, dawdlers=5, seed=5, view=STREET):
             walks.append(
                 make_walk(
                     body,
-                    heading=45.0 * (direction - 1),
+                    heading=float(heading_of(direction)),
                     view=view,
                     distance=distance,
                     farthest=farthest,

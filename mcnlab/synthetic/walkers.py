@@ -40,6 +40,7 @@ import pandas as pd
 from mcnlab import tables
 from mcnlab.cameras.camera import View
 from mcnlab.checks import require_choice, require_count, require_number
+from mcnlab.compass import DIRECTIONS, direction_of, heading_of
 from mcnlab.errors import ArgumentError
 from mcnlab.synthetic.body import (
     _CAPSULES,
@@ -158,7 +159,7 @@ class SyntheticWalk:
     @property
     def direction(self):
         """The nearest of the eight directions, 1 … 8."""
-        return round(self.walk.heading / 45) % 8 + 1
+        return int(direction_of(self.walk.heading))
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,11 +189,6 @@ class _Image:
         low = (self.centres - reach).min(axis=(1, 2)) + 0.5
         high = (limit - self.centres - reach).min(axis=(1, 2))
         return np.where(self.too_near, -np.inf, np.minimum(low, high))
-
-
-def direction_heading(direction):
-    """The heading of one of the eight directions, degrees: 1 is away, 3 right, 5 toward."""
-    return 45.0 * (require_choice("direction", direction, tuple(range(1, 9))) - 1)
 
 
 def walk_joints(body, walk):
@@ -354,7 +350,7 @@ def make_walk(
 def make_walks(
     *,
     subjects,
-    directions=range(1, 9),
+    directions=DIRECTIONS,
     seed,
     view=None,
     repeats=1,
@@ -370,7 +366,7 @@ def make_walks(
     subjects : int
         How many people.  The first ones are the same whatever the number.
     directions : iterable of int, optional
-        Out of 1 … 8, see `direction_heading`.
+        Out of 1 … 8, see `compass.heading_of`.
     seed : int
         The same seed gives the same walks.
     view : View, optional
@@ -403,7 +399,7 @@ def make_walks(
     require_count("repeats", repeats, low=1)
     require_count("seed", seed)
     require_number("spread", spread, low=0, high=22.5, unit="degrees")
-    headings = {direction: direction_heading(direction) for direction in directions}
+    headings = {direction: float(heading_of(direction)) for direction in directions}
     missing = [direction for direction in headings if direction not in distances]
     if missing:
         raise ArgumentError(

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
 
-from mcnlab.compass import _check_directions
+from mcnlab.compass import require_directions
 from mcnlab.errors import ArgumentError
 from mcnlab.regression import fit_lines_robust
 from mcnlab.tables import CX, SEQUENCE, H, W, uncut
@@ -23,7 +23,7 @@ _GROUP_OF = np.array([0, 1, 2, 3, 4, 5, 4, 3, 2])  # by direction
 
 def group_of(directions):
     """The group 1 … 5 that a phase can tell a direction 1 … 8 apart by."""
-    return _GROUP_OF[_check_directions(directions)]
+    return _GROUP_OF[require_directions("directions", directions)]
 
 
 class LinearSeparators(ClassifierMixin, BaseEstimator):

@@ -10,7 +10,7 @@ import pandas as pd
 
 from mcnlab.cameras.camera import View
 from mcnlab.checks import require_count
-from mcnlab.compass import heading_of, turn_between
+from mcnlab.compass import direction_of, heading_of, turn_between
 from mcnlab.datasets import casia
 from mcnlab.datasets.catalogue import casia_a_folder
 from mcnlab.datasets.recording import Recording
@@ -176,8 +176,7 @@ def judge_pets(headings, *, least_speed=0.6):
             f"headings: nobody is faster than {least_speed} m/s; lower least_speed."
         )
     error = moving["error"].to_numpy()
-    said = np.round(moving["sight"].to_numpy() / 45) % 8
-    true = np.round(moving["true_sight"].to_numpy() / 45) % 8
+    said, true = (direction_of(moving[column]) for column in ("sight", "true_sight"))
     return {
         "direction8": accuracy(said == true),
         "within45": accuracy(np.abs(error) <= 45),

@@ -12,10 +12,11 @@ from pandas.api.types import is_numeric_dtype
 
 from mcnlab.cameras.camera import View
 from mcnlab.checks import require_count, require_number
+from mcnlab.compass import heading_of
 from mcnlab.errors import ArgumentError, SilhouetteError, TableError
 from mcnlab.synthetic.body import draw_body
 from mcnlab.synthetic.noise import add_noise
-from mcnlab.synthetic.walkers import direction_heading, make_walk
+from mcnlab.synthetic.walkers import make_walk
 from mcnlab.tables import SEQUENCE, check_columns
 from mcnlab.vision.silhouettes import measure_sequence
 from mcnlab.walking.gait import as_numbers
@@ -44,7 +45,7 @@ def view_angle_of(direction):
     """The view angle σ of one of the eight directions, degrees: 0, 45 or 90."""
     if np.ndim(direction) != 0:
         raise ArgumentError(f"direction is {direction!r}; pass one at a time, 1 to 8.")
-    return float(view_angle(direction_heading(direction)))
+    return float(view_angle(heading_of(direction)))
 
 
 def record_at_angles(

@@ -9,6 +9,7 @@ import pytest
 
 from mcnlab import tables
 from mcnlab.cameras.camera import View
+from mcnlab.compass import heading_of
 from mcnlab.errors import ArgumentError
 from mcnlab.synthetic.body import JOINTS, LIMBS, Body, draw_body
 from mcnlab.synthetic.walkers import (
@@ -20,7 +21,6 @@ from mcnlab.synthetic.walkers import (
     X_M,
     Z_M,
     Walk,
-    direction_heading,
     make_walk,
     make_walks,
     render_walk,
@@ -271,7 +271,7 @@ def test_eight_directions_inside_the_frame(walks):
     assert len(walks) == 64
     assert sorted({walk.direction for walk in walks}) == list(range(1, 9))
     for walk in walks:
-        assert walk.heading == direction_heading(walk.direction)
+        assert walk.heading == heading_of(walk.direction)
         assert not walk.truth[CUT].any()
         assert 37 <= len(walk.masks) <= 127
         right, bottom = walk.truth["x"] + walk.truth["w"], walk.truth["y"] + walk.truth["h"]
@@ -390,7 +390,7 @@ def test_synthetic_walks_are_like_recorded_ones(walks, recorded, group, measure)
         (lambda: Body(stature=0.0), "stature is 0"),
         (lambda: Body(cadence=-1.0), "cadence is -1"),
         (lambda: Body(phase=math.nan), "phase is nan"),
-        (lambda: direction_heading(9), "direction is 9"),
+        (lambda: make_walks(subjects=1, seed=1, directions=[9]), "direction is 9"),
         (lambda: make_walks(subjects=0, seed=1), "subjects is 0"),
         (lambda: make_walks(subjects=1, seed=None), "seed is None"),
         (lambda: make_walks(subjects=1, seed=1, directions=(0,)), "direction is 0"),
