@@ -2,7 +2,8 @@
 
 One row of a box table is one walker's bounding box in one frame.  Rows are grouped by
 sequence and ordered by frame.  Pixels count from the centre of the top-left pixel, x to the
-right and y downwards; a box covers columns ``x … x + w − 1`` and rows ``y … y + h − 1``.
+right and y downwards; a box covers columns ``x … x + w − 1`` and rows ``y … y + h − 1``, so its
+edges are at ``x − ½, x + w − ½, y − ½, y + h − ½``, its middle at ``x + (w − 1)/2, y + (h − 1)/2``.
 
 One row of a trace table is the place of one walker's feet in one frame: metres on the ground,
 x to the right and y upwards as seen from above, unless a function says pixels.

@@ -16,7 +16,8 @@ from mcnlab.checks import require_number
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import thesis
-from mcnlab.occlusion.pairs import RULES, cover_of
+from mcnlab.occlusion.pairs import RULES
+from mcnlab.occlusion.truth import Truth, find_occlusions
 from mcnlab.tables import CX, CY, DIRECTION, FRAME, PRESENT, SEQUENCE, H, W, X, Y
 from mcnlab.walking.heading import measure_headings
 from mcnlab.walking.speed import frames_of, level_of
@@ -202,15 +203,12 @@ def _decide(recording, later, begun, first, second, offset, window):
     """Forecast and truth of some pairs, as a table."""
     stack = recording.stack
     both, a, b = _boxes_ahead(stack, first, second, offset, window)
-    cover = np.where(both, cover_of(a, b), 0.0)
-    clear = cover[:, 0] <= RULES.apart
-    first, second, both, cover = first[clear], second[clear], both[clear], cover[clear]
+    truth = find_occlusions(a, b, both, cover=RULES.cover)
+    clear = truth.now <= RULES.apart
+    first, second, both = first[clear], second[clear], both[clear]
+    truth = Truth(*(values[clear] for values in truth))
     one = thesis.Walker(*(values[first] for values in later.walker))
     two = thesis.Walker(*(values[second] for values in begun.walker))
-    hit = cover > RULES.cover
-    occludes, when = hit.any(axis=1), hit.argmax(axis=1)
-    rows = np.arange(len(first))
-    x, y = _middle(*([values[clear][rows, when] for values in box] for box in (a, b)))
     swapped = two.x < one.x
     said = thesis.foresee(
         one, two, frame_width=recording.frame_width, frame_height=recording.frame_height
@@ -244,10 +242,10 @@ def _decide(recording, later, begun, first, second, offset, window):
             "said_seconds": said.seconds,
             "said_x": said.x,
             "said_y": said.y,
-            "occludes": occludes,
-            "seconds": np.where(occludes, when / recording.frame_rate, np.inf),
-            "x": np.where(occludes, x, (one.x + two.x) / 2),
-            "y": np.where(occludes, y, (one.y + two.y) / 2),
+            "occludes": truth.occludes,
+            "seconds": np.where(truth.occludes, truth.frame / recording.frame_rate, np.inf),
+            "x": np.where(truth.occludes, truth.x, (one.x + two.x) / 2),
+            "y": np.where(truth.occludes, truth.y, (one.y + two.y) / 2),
             "left": last / recording.frame_rate,
         }
     )
@@ -260,23 +258,8 @@ def _boxes_ahead(stack, first, second, offset, window):
     frames = [slice(start, start + length) for start in begin]
     at = list(zip((first, second), frames, strict=True))
     both = np.logical_and(*(stack.valid[:, part][walk] for walk, part in at))
-    # Where there is none, any sound box will do: its cover is not looked at.
-    a, b = (
-        [np.where(both, stack.curves[name][:, part][walk], 1.0) for name in (X, Y, W, H)]
-        for walk, part in at
-    )
+    a, b = ([stack.curves[name][:, part][walk] for name in (X, Y, W, H)] for walk, part in at)
     return both, a, b
-
-
-def _middle(a, b):
-    """The middle of two boxes' intersection.
-
-    A box covers pixels x … x + w − 1, so its middle is half a pixel before x + w/2.
-    """
-    return (
-        (np.maximum(a[k], b[k]) + np.minimum(a[k] + a[k + 2], b[k] + b[k + 2]) - 1) / 2
-        for k in (0, 1)
-    )
 
 
 SHIFT_LIMIT = 100_000  # frames: over an hour of video between two walks is a mistake

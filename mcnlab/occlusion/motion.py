@@ -201,7 +201,7 @@ class Ground:
         down by 20° costs a few degrees.
         """
         require_number("focal_length", focal_length, above=0, unit="pixels")
-        middle = self.walkers.camera.width / 2
+        middle = (self.walkers.camera.width - 1) / 2  # pixels count from the centre of the first
         across = self.side_rate - middle * self.near_rate
         return np.degrees(np.arctan2(across, focal_length * self.near_rate)) % 360
 

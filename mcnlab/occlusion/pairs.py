@@ -20,6 +20,7 @@ from mcnlab.cameras.camera import Camera
 from mcnlab.cameras.horizon import _horizons_until
 from mcnlab.checks import require_count, require_number
 from mcnlab.errors import ArgumentError, DatasetError
+from mcnlab.occlusion.truth import COVER, Truth, find_occlusions
 from mcnlab.tables import FRAME, SEQUENCE, SUBJECT, H, W, X, Y
 
 CHUNK = 4096  # pairs whose futures are laid out at once
@@ -52,7 +53,7 @@ class Rules:
 
     observed: float = 1.0
     horizon: float = 3.0
-    cover: float = 0.3
+    cover: float = COVER
     apart: float = 0.05
     seen: float = 0.8
     followed: float = 0.6
@@ -83,8 +84,9 @@ class Walkers:
     seen : ndarray of bool, shape (m, f)
         Where there is a box.
     x, feet, w, h : ndarray, shape (m, f)
-        Centre column, row of the feet, width and height, pixels; anything where there
-        is no box.
+        Centre column, row of the lower edge, width and height, pixels, as `mcnlab.tables`
+        counts them: the lower edge is half a pixel below the last row, x + (w − 1)/2 and
+        y + h − ½ of a box; anything where there is no box.
     horizon, rise : ndarray, shape (m,)
         Row of the horizon, and the drop of the feet below it as a multiple of the body's
         height, from all boxes of the recording up to the moment; rise is 0 where they do
@@ -107,7 +109,7 @@ class Walkers:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Watch:
+class WatchedPairs:
     """Pairs of walkers at a moment, with nothing known of what comes.
 
     Attributes
@@ -145,7 +147,7 @@ class Watch:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pairs(Watch):
+class Pairs(WatchedPairs):
     """Pairs of walkers, and what then happens.
 
     Attributes
@@ -162,50 +164,6 @@ class Pairs(Watch):
     seconds: np.ndarray
     x: np.ndarray
     y: np.ndarray
-
-
-def cover_of(first, second):
-    """The intersection of boxes as a share of the smaller box.
-
-    Parameters
-    ----------
-    first, second : tuple of array_like
-        ``x, y, w, h`` that broadcast: left, top, width, height, pixels.
-
-    Returns
-    -------
-    ndarray
-        Between 0 and 1; boxes that only touch have 0.
-
-    Raises
-    ------
-    ArgumentError
-        When a number is not finite, or a width or height not positive.
-    """
-    first, second = _sound_boxes("first", first), _sound_boxes("second", second)
-    across, down = _overlap(first, second)
-    smaller = np.minimum(first[2] * first[3], second[2] * second[3])
-    # Edges are rounded, so that a box could cover itself by a little more than 1.
-    return np.minimum(np.maximum(across, 0) * np.maximum(down, 0) / smaller, 1.0)
-
-
-def _sound_boxes(name, box):
-    box = tuple(np.asarray(values, dtype=float) for values in box)
-    finite = all(np.isfinite(values).all() for values in box)
-    if len(box) != 4 or not finite or (box[2] <= 0).any() or (box[3] <= 0).any():
-        raise ArgumentError(
-            f"{name} is not boxes; pass x, y, w, h, finite, with w and h above 0 pixels."
-        )
-    return box
-
-
-def _overlap(first, second):
-    """How far two boxes reach into each other across and down, pixels; negative if apart."""
-    (x, y, w, h), (u, v, a, b) = first, second
-    return (
-        np.minimum(x + w, u + a) - np.maximum(x, u),
-        np.minimum(y + h, v + b) - np.maximum(y, v),
-    )
 
 
 def find_pairs(recording, *, rules=RULES):
@@ -258,7 +216,7 @@ def watch(recording, frame, *, rules=RULES):
 
     Returns
     -------
-    Watch
+    WatchedPairs
 
     Raises
     ------
@@ -276,7 +234,7 @@ def watch(recording, frame, *, rules=RULES):
         )
     track = here[np.stack(np.triu_indices(len(here), 1), axis=1)]
     now = frame - stack.start[track]
-    return Watch(**_see(recording, look, track, now, _horizons_until, rules))
+    return WatchedPairs(**_see(recording, look, track, now, _horizons_until, rules))
 
 
 def lay_over(recording, *, shifts, rules=RULES):
@@ -404,42 +362,36 @@ class _Look:
 
 def _judge(recording, look, track, now, horizons, rules):
     """Keep the pairs that can be judged, and see what happens to them."""
-    keep = np.zeros(len(track), bool)
-    later = np.zeros(len(track), int)
-    x, y = np.zeros(len(track)), np.zeros(len(track))
-    offsets = np.arange(look.ahead + 1)
+    kept, parts = [np.zeros(0, bool)], []
     for start in range(0, len(track), CHUNK):
-        at = slice(start, start + CHUNK)
-        valid, boxes = look.at(track[at], now[at], offsets)
-        both = valid.all(axis=1)
-        first, second = ([box[:, one] for box in boxes] for one in (0, 1))
-        across, down = _overlap(first, second)
-        smaller = np.minimum(first[2] * first[3], second[2] * second[3])
-        covered = np.maximum(across, 0) * np.maximum(down, 0)
-        hit = (covered > rules.cover * smaller) & both
-        followed = both[:, 1:].sum(axis=1) >= look.wanted
-        keep[at] = followed & (covered[:, 0] <= rules.apart * smaller[:, 0])
-        when = np.where(hit[:, 1:].any(axis=1), hit[:, 1:].argmax(axis=1) + 1, 0)
-        row = np.arange(len(when))
-        left, top = (np.maximum(first[k], second[k])[row, when] for k in (0, 1))
-        later[at] = when
-        x[at] = left + across[row, when] / 2
-        y[at] = top + down[row, when] / 2
+        keep, truth = _fate(look, track[start : start + CHUNK], now[start : start + CHUNK], rules)
+        kept.append(keep)
+        parts.append(truth)
+    keep = np.concatenate(kept)
     if not keep.any():
         raise _no_pair(recording, rules)
-    track, now, later, x, y = track[keep], now[keep], later[keep], x[keep], y[keep]
-    occludes = later > 0
+    truth = Truth(*(np.concatenate(values)[keep] for values in zip(*parts, strict=True)))
     return Pairs(
-        **_see(recording, look, track, now, horizons, rules),
-        occludes=occludes,
-        seconds=later / recording.frame_rate,
-        x=np.where(occludes, x, 0.0),
-        y=np.where(occludes, y, 0.0),
+        **_see(recording, look, track[keep], now[keep], horizons, rules),
+        occludes=truth.occludes,
+        seconds=truth.frame / recording.frame_rate,
+        x=np.where(truth.occludes, truth.x, 0.0),
+        y=np.where(truth.occludes, truth.y, 0.0),
     )
 
 
+def _fate(look, track, now, rules):
+    """Which pairs can be judged, and what becomes of all of them."""
+    valid, boxes = look.at(track, now, np.arange(look.ahead + 1))
+    both = valid.all(axis=1)
+    first, second = ([box[:, one] for box in boxes] for one in (0, 1))
+    truth = find_occlusions(first, second, both, cover=rules.cover)
+    followed = both[:, 1:].sum(axis=1) >= look.wanted
+    return followed & (truth.now <= rules.apart), truth
+
+
 def _see(recording, look, track, now, horizons, rules):
-    """The fields of a `Watch`."""
+    """The fields of a `WatchedPairs`."""
     # Each walker and moment once, however many pairs it is in.
     places = np.unique(track * look.valid.shape[1] + now, return_inverse=True)
     moment = np.stack(np.divmod(places[0], look.valid.shape[1]), axis=1)
@@ -474,7 +426,10 @@ def _walkers_at(recording, look, moment, horizons):
     horizon, rise = horizons(recording, recording.stack.start[moment[:, 0]] + moment[:, 1])
     camera = Camera(recording.frame_rate, recording.frame_width, recording.frame_height)
     time = offsets / recording.frame_rate
-    return Walkers(time, seen, x + w / 2, y + h, w, h, horizon, rise, camera)
+    # Rows and columns count from the centre of the top-left pixel, half a pixel from its edge.
+    middle, feet = x + (w - 1) / 2, y + h - 0.5
+    horizon = np.where(rise > 0, horizon - 0.5, 0.0)
+    return Walkers(time, seen, middle, feet, w, h, horizon, rise, camera)
 
 
 def _no_horizon(_recording, frame):

@@ -13,7 +13,7 @@ from mcnlab.checks import require_choice, require_count
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion.benchmark import METHODS
 from mcnlab.occlusion.motion import Ground, move_straight
-from mcnlab.occlusion.pairs import cover_of
+from mcnlab.occlusion.truth import cover_of
 from mcnlab.plotting.style import (
     BAND,
     FORECAST_COLOURS,
@@ -123,7 +123,7 @@ def guess_boxes(pairs, number, times, methods):
     if ours:
         ways[ours[0]] = Ground.of(walkers).move(times)
     return {
-        method: np.stack([way.x - way.w / 2, way.feet - way.h, way.w, way.h], axis=-1)
+        method: np.stack([way.x - (way.w - 1) / 2, way.feet - way.h + 0.5, way.w, way.h], axis=-1)
         for method, way in ways.items()
     }
 

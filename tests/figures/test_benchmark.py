@@ -15,9 +15,10 @@ from mcnlab.errors import ArgumentError
 from mcnlab.figures.registry import draw
 from mcnlab.occlusion import benchmark
 from mcnlab.occlusion.forecasters import ConstantVelocity, Perspective, Thesis
-from mcnlab.occlusion.pairs import Rules, cover_of, find_pairs, lay_over
+from mcnlab.occlusion.pairs import Rules, find_pairs, lay_over
 from mcnlab.occlusion.scores import average_precision, count_answers, reliability_of
 from mcnlab.occlusion.thesis import APART, BY_SPEED, CERTAIN, direction_table
+from mcnlab.occlusion.truth import cover_of
 from mcnlab.plotting.benchmark import (
     describe_recording,
     plot_precision_recall,

@@ -27,7 +27,7 @@ from mcnlab.regression import fit_lines
 from mcnlab.synthetic import crossings
 from mcnlab.synthetic.crossings import Square, make_crossings
 
-FOCAL, MIDDLE, HORIZON = 800.0, 320.0, 240.0  # pixels
+FOCAL, MIDDLE, HORIZON = 800.0, 319.5, 240.0  # pixels
 STATURE, ABOVE, ASPECT = 1.7, 3.0, 0.4  # metres, metres of the camera, width over height
 TIMES = np.arange(1, 16) / 5
 CAMERA = Camera(25.0, 640, 480)
@@ -323,7 +323,7 @@ def test_a_box_that_jumps_in_size_keeps_a_size(sizes, horizon, jump):
 
 def changed(walkers, *, scale=1.0, across=0.0, down=0.0, mirror=False):
     """The same walkers in a larger, shifted or mirrored image."""
-    x = CAMERA.width - walkers.x if mirror else walkers.x
+    x = CAMERA.width - 1 - walkers.x if mirror else walkers.x
     return replace(
         walkers,
         x=scale * x + across,
@@ -343,7 +343,7 @@ def test_mirrored_walkers_have_a_mirrored_future(seed):
     walkers = scatter(seed)
     mirrored = changed(walkers, mirror=True)
     for one, two in zip(both_ways(walkers), both_ways(mirrored), strict=True):
-        np.testing.assert_allclose(two.x, CAMERA.width - one.x, rtol=1e-9, atol=1e-7)
+        np.testing.assert_allclose(two.x, CAMERA.width - 1 - one.x, rtol=1e-9, atol=1e-7)
         for value, other in zip(one[1:], two[1:], strict=True):
             np.testing.assert_allclose(other, value, rtol=1e-9, atol=1e-7)
     heading, other = (Ground.of(w).heading(focal_length=700) for w in (walkers, mirrored))
