@@ -6,16 +6,21 @@ human identification", IEEE TPAMI 25(12), 2003.  A folder holds
 subset of subjects will do.  A sequence is named ``<subject>-<walk>`` here.
 """
 
+import os
 import re
 import struct
 import zlib
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
+from mcnlab.checks import require_array
+from mcnlab.datasets.reading import reading
 from mcnlab.errors import DatasetError
 from mcnlab.files import write_whole
 from mcnlab.tables import DIRECTION, SEQUENCE, SUBJECT
@@ -41,13 +46,13 @@ class SilhouetteSequence:
 
     name: str
     subject: str
-    paths: tuple
+    paths: tuple[Path, ...]
 
-    def read(self):
+    def read(self) -> np.ndarray:
         """Every frame, shape (frames, 240, 352), uint8, 0 or 255; raises as `frames`."""
         return np.stack(list(self.frames()))
 
-    def frames(self):
+    def frames(self) -> Iterator[np.ndarray]:
         """Yield frame after frame.
 
         Yields
@@ -75,7 +80,7 @@ class SilhouetteSequence:
             )
 
 
-def find_sequences(folder):
+def find_sequences(folder: str | os.PathLike) -> list[SilhouetteSequence]:
     """The sequences lying in a CASIA Dataset A folder, ordered by name.
 
     Parameters
@@ -111,7 +116,7 @@ def find_sequences(folder):
     return found
 
 
-def read_silhouette(path):
+def read_silhouette(path: str | os.PathLike) -> np.ndarray:
     """One silhouette image, checked.
 
     Parameters
@@ -150,7 +155,9 @@ def read_silhouette(path):
     return image
 
 
-def write_silhouettes(folder, subject, walk, masks):
+def write_silhouettes(
+    folder: str | os.PathLike, subject: str, walk: str, masks: Iterable[ArrayLike]
+) -> Path:
     """Write one walk's masks the way the dataset keeps them.
 
     Parameters
@@ -173,7 +180,7 @@ def write_silhouettes(folder, subject, walk, masks):
     return place
 
 
-def check_png(data, *, name):
+def check_png(data: bytes, *, name: str) -> tuple[int, int]:
     """Width and height of a whole, undamaged PNG.
 
     OpenCV decodes a truncated file in silence, its lower rows black; the checksums of
@@ -215,7 +222,7 @@ def check_png(data, *, name):
     return size
 
 
-def numbering_faults(paths):
+def numbering_faults(paths: Iterable[Path]) -> Iterator[str]:
     """Sentences naming what is wrong with the frame numbers of files in order."""
     numbers = [_frame_number(path) for path in paths]
     for path, number in zip(paths, numbers, strict=True):
@@ -230,7 +237,7 @@ def numbering_faults(paths):
             yield "a frame number occurs twice."
 
 
-def read_directions(path):
+def read_directions(path: str | os.PathLike) -> pd.Series:
     """The true direction of each sequence.
 
     Parameters
@@ -249,23 +256,12 @@ def read_directions(path):
     DatasetError
         When the file cannot be read as such a table.
     """
-    try:
+    with reading(Path(path), "a table subject,sequence,direction", "mend it"):
         table = pd.read_csv(path)
         names = table[SEQUENCE].astype(str)
         if SUBJECT in table:
             names = table[SUBJECT].astype(str) + "-" + names
-        values = table[DIRECTION].to_numpy(dtype=float)
-        if not (np.isfinite(values) & (values == np.round(values)) & (np.abs(values) < 1e9)).all():
-            raise ValueError("a direction is not a whole number")
-    except FileNotFoundError as fault:
-        raise DatasetError(
-            f"{path} is missing; put the table subject,sequence,direction there."
-        ) from fault
-    except (KeyError, ValueError, OSError, OverflowError, pd.errors.ParserError) as fault:
-        raise DatasetError(
-            f"{path} is not a table subject,sequence,direction ({fault}); mend it."
-        ) from fault
-    values = values.astype(int)
+        values = require_array("direction", table[DIRECTION], dtype=int, low=-1e9, high=1e9)
     return pd.Series(values, index=pd.Index(names, name=SEQUENCE), name=DIRECTION)
 
 

@@ -7,13 +7,13 @@ not ours to hand on.
 """
 
 import os
-import zlib
 from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
 
 from mcnlab.datasets import casia, pets
+from mcnlab.datasets.reading import reading
 from mcnlab.errors import DatasetError
 
 BUNDLED = Path(__file__).resolve().parents[2] / "data"
@@ -55,15 +55,8 @@ def casia_a_folder() -> Path | None:
 
 def read_table(path: str | os.PathLike, **options: Any) -> pd.DataFrame:
     """A CSV table, or `DatasetError` naming the file."""
-    try:
+    with reading(Path(path), "a table of those in the checkout's data/"):
         return pd.read_csv(path, **options)
-    except FileNotFoundError as fault:
-        raise DatasetError(
-            f"{path} is missing; install mcnlab from its checkout (pip install -e .), which "
-            "holds data/."
-        ) from fault
-    except (OSError, EOFError, ValueError, zlib.error, pd.errors.ParserError) as fault:
-        raise DatasetError(f"{path} is not a table ({fault}); restore it.") from fault
 
 
 def pets_files(folder: str | os.PathLike) -> list[Path]:

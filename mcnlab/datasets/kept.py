@@ -10,7 +10,6 @@ import gzip
 import hashlib
 import json
 import os
-import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ import pandas as pd
 
 import mcnlab
 from mcnlab.datasets.catalogue import BUNDLED, data_folder, read_table
+from mcnlab.datasets.reading import reading
 from mcnlab.errors import DatasetError
 from mcnlab.files import write_whole
 
@@ -89,21 +89,16 @@ def check_bundled(folder: str | os.PathLike = BUNDLED) -> pd.DataFrame:
     """
     rows = []
     for note in sorted(Path(folder).glob("*/provenance.json")):
-        try:
+        with reading(note, "a provenance note"):
             held = json.loads(note.read_text())
             facts = [
                 (name, held["dataset"], fact["rows"], fact["sha256"])
                 for name, fact in held["tables"].items()
             ]
-        except (OSError, ValueError, LookupError, TypeError, AttributeError) as fault:
-            raise DatasetError(f"{note} is not a provenance note ({fault}); restore it.") from fault
         for name, dataset, count, checksum in facts:
-            try:
-                content = gzip.decompress((note.parent / name).read_bytes())
-            except (OSError, EOFError, zlib.error) as fault:
-                raise DatasetError(
-                    f"{note.parent.name}/{name} cannot be read ({fault}); restore it."
-                ) from fault
+            path = note.parent / name
+            with reading(path, "a packed table"):
+                content = gzip.decompress(path.read_bytes())
             rows.append(
                 {
                     "table": f"{note.parent.name}/{name}",

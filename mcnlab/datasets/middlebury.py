@@ -5,6 +5,7 @@ evaluation methodology for optical flow", Int. J. Computer Vision 92, 2011.  A f
 ``<sequence>/frame10.png``, ``frame11.png`` and ``flow10.flo``; any sequences will do.
 """
 
+import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ import cv2
 import numpy as np
 
 from mcnlab.datasets.casia import check_png
+from mcnlab.datasets.reading import reading
 from mcnlab.errors import DatasetError
 
 NAME: Final = "middlebury-flow"
@@ -37,7 +39,7 @@ class FlowSequence:
     name: str
     folder: Path
 
-    def read(self):
+    def read(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Both frames and the truth.
 
         Returns
@@ -64,7 +66,7 @@ class FlowSequence:
         return first, second, truth
 
 
-def find_sequences(folder):
+def find_sequences(folder: str | os.PathLike) -> list[FlowSequence]:
     """The sequences lying in a Middlebury flow folder, ordered by name.
 
     Parameters
@@ -107,7 +109,7 @@ def find_sequences(folder):
     return found
 
 
-def read_flo(path):
+def read_flo(path: str | os.PathLike) -> np.ndarray:
     """A true flow in Middlebury's format.
 
     Parameters
@@ -157,12 +159,8 @@ def _read_grey(path):
 
 
 def _read_bytes(path):
-    try:
+    with reading(path, "the dataset's file"):
         return path.read_bytes()
-    except OSError as fault:
-        raise DatasetError(
-            f"{path} cannot be read ({fault.strerror}); put the dataset's file there."
-        ) from fault
 
 
 def _size(image):

@@ -15,7 +15,7 @@ Some tools append a tenth column to the first format.  Ten columns are taken for
 row has a whole number of at least 1 for the class and a visibility from 0 to 1; no one's world
 metres are like that.  In both formats rows with conf 0 are to be ignored.
 
-Some of the cameras move: see `datasets.cameramotion`.
+Some of the cameras move: see `vision.camera_motion`.
 
 References
 ----------
@@ -28,14 +28,15 @@ arXiv:2003.09003.
 """
 
 import configparser
+import os
 import re
-import warnings
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import pandas as pd
 
+from mcnlab.datasets.reading import NUMBER, line_of, read_numbers, reading
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import DatasetError, McnError
 from mcnlab.tables import (
@@ -56,14 +57,18 @@ from mcnlab.tables import (
 
 PEDESTRIAN: Final = 1  # of the classes of MOT16, MOT17 and MOT20
 _FIELDS: Final = ("frame", "id", "left", "top", "width", "height", "conf")
+_LAYOUTS: Final = {
+    9: f"{', '.join(_FIELDS)}, class, visibility",
+    10: f"{', '.join(_FIELDS)}, X, Y, Z",
+}
 _FRAME, _ID, _LEFT, _TOP, _WIDTH, _HEIGHT, _CONF, _CLASS, _VISIBILITY = range(9)
+_WORLD_X, _WORLD_Y = 7, 8
 _INFO: Final = ("frameRate", "imWidth", "imHeight")  # the keys of seqinfo.ini that are needed
+FARTHEST: Final = 1e9  # metres
 _ID_LIMIT: Final = 2.0**53  # beyond, whole numbers are rounded
-_NUMBER: Final = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
-_PLAIN: Final = re.compile(rb" *-?\d{1,15}(\.\d*)?( *, *-?\d{1,15}(\.\d*)?){8} *\r?\n")  # sound
 
 
-def find_sequences(folder):
+def find_sequences(folder: str | os.PathLike) -> list[Path]:
     """The sequences of a folder whose truth is there.
 
     Parameters
@@ -86,7 +91,7 @@ def find_sequences(folder):
     return [path for path in _folders(folder) if _truth_of(path).exists()]
 
 
-def read_sequence(folder):
+def read_sequence(folder: str | os.PathLike) -> Recording:
     """The pedestrians of one sequence, as a recording of one camera.
 
     Boxes may reach beyond the frame; they are kept as annotated, in the file's own pixels
@@ -111,7 +116,7 @@ def read_sequence(folder):
     """
     folder = Path(folder)
     path = _truth_of(folder)
-    values = _read_values(path)
+    values = read_numbers(path, _LAYOUTS)
     people = values[:, _CONF] > 0
     classes = _has_classes(values)
     if classes:
@@ -139,7 +144,7 @@ def read_sequence(folder):
     return Recording(folder.resolve().name.lower(), boxes, frame_rate, width, height)
 
 
-def read_sequences(folder):
+def read_sequences(folder: str | os.PathLike) -> tuple[list[Recording], tuple[str, ...]]:
     """Read every sequence of a folder, each truth once.
 
     MOT17 holds each of its sequences three times, once for each public detector, with the same
@@ -208,70 +213,6 @@ def _fingerprint(recording):
     return size, hashes.tobytes()
 
 
-def _read_values(path):
-    """The file as finite numbers, shape (rows, 9 or 10), or raise naming the fault's place."""
-    try:
-        if path.stat().st_size == 0:
-            raise DatasetError(f"{path} is empty; restore it from the dataset.")
-        table = pd.read_csv(
-            path,
-            header=None,
-            dtype=float,
-            skipinitialspace=True,
-            na_filter=False,
-            quoting=3,  # a quotation mark is text
-            encoding="utf-8-sig",
-        )
-        values = table.to_numpy()
-    except FileNotFoundError as fault:
-        raise DatasetError(f"{path} is missing; put the ground truth there.") from fault
-    except OSError as fault:
-        raise DatasetError(f"{path} cannot be read ({fault.strerror}); restore it.") from fault
-    except ValueError as fault:  # pandas' own errors are ValueErrors
-        raise DatasetError(_describe_fault(path)) from fault
-    if values.shape[1] not in (9, 10) or not np.isfinite(values).all():
-        raise DatasetError(_describe_fault(path))
-    return values
-
-
-def _lines(path):
-    """Yield (number, line) of each line that is not blank: the slow way, to name a place."""
-    with path.open("rb") as file:
-        for number, line in enumerate(file, start=1):
-            line = line.removeprefix(b"\xef\xbb\xbf") if number == 1 else line
-            if line.strip():
-                yield number, line
-
-
-def _describe_fault(path):
-    """What is wrong with a file that is not a table of numbers, and where."""
-    wanted = None
-    for number, line in _lines(path):
-        if wanted == 9 and _PLAIN.fullmatch(line):  # most lines of a long file: no need to look
-            continue
-        fields = [field.strip() for field in line.split(b",")]
-        if len(fields) not in (9, 10):
-            return (
-                f"{path} line {number} has {len(fields)} columns; the format has 9 "
-                f"({', '.join(_FIELDS)}, class, visibility) or 10 ({', '.join(_FIELDS)}, X, Y, Z)."
-            )
-        wanted = wanted or len(fields)
-        if len(fields) != wanted:
-            return (
-                f"{path} line {number} has {len(fields)} columns and the first line {wanted}; "
-                "give every line as many."
-            )
-        for column, field in enumerate(fields, start=1):
-            text = field.decode("utf-8", "backslashreplace")
-            if not _NUMBER.fullmatch(field):
-                return f"{path} line {number}, column {column} holds {text!r}; put a number there."
-            if not np.isfinite(float(field)):
-                return f"{path} line {number}, column {column} holds {text}; it is too large."
-    if wanted is None:
-        return f"{path} holds blank lines only; restore it from the dataset."
-    return f"{path} cannot be read as a table of numbers; write it as plain text, comma-separated."
-
-
 def _has_classes(values):
     """Whether the eighth column is a class: see the formats above."""
     kind, visibility = values[:, _CLASS], values[:, _VISIBILITY]
@@ -283,15 +224,9 @@ def _has_classes(values):
 
 def _check_rows(path, values, people, *, classes):
     """Raise on the first row that is no box; sizes and repeats matter for pedestrians only."""
-    frame, number = values[:, _FRAME], values[:, _ID]
     small = people & (values[:, [_WIDTH, _HEIGHT]] <= 0).T
     vast = np.abs(values[:, _LEFT : _HEIGHT + 1]) > PIXEL_LIMIT
     faults = [
-        (_FRAME, frame != np.round(frame), "frames are whole numbers"),
-        (_FRAME, frame <= 0, "frames count from 1"),
-        (_FRAME, frame > FRAME_LIMIT, "no video is that long"),
-        (_ID, number != np.round(number), "ids are whole numbers"),
-        (_ID, np.abs(number) >= _ID_LIMIT, "ids are smaller"),
         *((_LEFT + k, vast[:, k], "no image is that large") for k in range(4)),
         (_WIDTH, small[0], "a width is positive"),
         (_HEIGHT, small[1], "a height is positive"),
@@ -299,59 +234,66 @@ def _check_rows(path, values, people, *, classes):
     if classes:
         kind = values[:, _CLASS]
         faults.append((_CLASS, kind != np.round(kind), "a class is a whole number"))
-    for column, wrong, reason in faults:
-        if wrong.any():
-            row = int(wrong.argmax())
-            name = (*_FIELDS, "class")[column]
-            raise DatasetError(
-                f"{path} line {_line_of(path, row)}, column {column + 1} ({name}) holds "
-                f"{values[row, column]:.17g}; {reason}. Mend or drop that line."
-            )
+    _refuse(path, values, faults)
     if not people.any():
         raise DatasetError(
             f"{path} holds no pedestrian: no row with conf above 0"
             + (f" and class {PEDESTRIAN}" if classes else "")
             + "; restore it from the dataset."
         )
+    _check_once(path, values, people)
+
+
+def _refuse(path, values, faults):
+    """Raise on the first row whose frame or id is none, or that one of the faults names.
+
+    A fault is a column, which rows are wrong there, and why.
+    """
+    frame, number = values[:, _FRAME], values[:, _ID]
+    faults = [
+        (_FRAME, frame != np.round(frame), "frames are whole numbers"),
+        (_FRAME, frame <= 0, "frames count from 1"),
+        (_FRAME, frame > FRAME_LIMIT, "no video is that long"),
+        (_ID, number != np.round(number), "ids are whole numbers"),
+        (_ID, np.abs(number) >= _ID_LIMIT, "ids are smaller"),
+        *faults,
+    ]
+    for column, wrong, reason in faults:
+        if wrong.any():
+            row = int(wrong.argmax())
+            name = _LAYOUTS[values.shape[1]].split(", ")[column]
+            raise DatasetError(
+                f"{path} line {line_of(path, row)}, column {column + 1} ({name}) holds "
+                f"{values[row, column]:.17g}; {reason}. Mend or drop that line."
+            )
+
+
+def _check_once(path, values, people):
+    """Raise where one of the people has two rows in a frame."""
+    frame, number = values[:, _FRAME], values[:, _ID]
     rows = np.flatnonzero(people)
     rows = rows[np.lexsort((rows, frame[rows], number[rows]))]
     again = (np.diff(frame[rows]) == 0) & (np.diff(number[rows]) == 0)
     if again.any():
         at = int(rows[1:][again].min())
         raise DatasetError(
-            f"{path} line {_line_of(path, at)} has person {number[at]:.0f} a second time in frame "
+            f"{path} line {line_of(path, at)} has person {number[at]:.0f} a second time in frame "
             f"{frame[at]:.0f}; keep one box a person and frame."
         )
-
-
-def _line_of(path, row):
-    """The line of the file that holds a row: blank lines are none."""
-    return next(number for k, (number, _) in enumerate(_lines(path)) if k == row)
 
 
 def _read_info(path):
     """Frame rate, width and height from a seqinfo.ini."""
     parser = configparser.ConfigParser(interpolation=None, strict=False)
-    try:
+    with reading(path, "a seqinfo.ini", f"give it {', '.join(_INFO)} under [Sequence]"):
         parser.read_string(path.read_text(encoding="utf-8-sig"))
         section = parser["Sequence"]
-    except FileNotFoundError as fault:
-        raise DatasetError(
-            f"{path} is missing; put it there: {', '.join(_INFO)} under [Sequence]."
-        ) from fault
-    except OSError as fault:
-        raise DatasetError(f"{path} cannot be read ({fault.strerror}); restore it.") from fault
-    except (configparser.Error, UnicodeDecodeError, KeyError) as fault:
-        reason = " ".join(str(fault).split())
-        raise DatasetError(
-            f"{path} is not a seqinfo.ini ({reason}); give it {', '.join(_INFO)} under [Sequence]."
-        ) from fault
     found = []
     for key in _INFO:
         text = section.get(key)
         if text is None:
             raise DatasetError(f"{path} lacks the key {key}; add it under [Sequence].")
-        sound = _NUMBER.fullmatch(text.encode()) and 0 < float(text) <= PIXEL_LIMIT
+        sound = NUMBER.fullmatch(text.encode()) and 0 < float(text) <= PIXEL_LIMIT
         whole = sound and (key == "frameRate" or float(text).is_integer())
         if not whole:
             kind = "number" if key == "frameRate" else "whole number"
@@ -361,7 +303,7 @@ def _read_info(path):
     return frame_rate, int(width), int(height)
 
 
-def read_mot_world(path):
+def read_mot_world(path: str | os.PathLike) -> pd.DataFrame:
     """World positions of a MOTChallenge ground-truth file that ends in metres (MOT15).
 
     Parameters
@@ -380,30 +322,16 @@ def read_mot_world(path):
         When the file is missing, a line is not such a line, or a number is not finite.
     """
     path = Path(path)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # an empty file is refused below
-            values = np.loadtxt(path, delimiter=",", ndmin=2)
-    except FileNotFoundError as fault:
-        raise DatasetError(f"{path} is missing; put the ground truth there.") from fault
-    except (OSError, ValueError) as fault:
-        raise DatasetError(f"{path} is not a table of numbers: {fault}; restore it.") from fault
-    if values.shape[1] < 9 or len(values) == 0 or not (np.abs(values) < 1e9).all():
-        raise DatasetError(
-            f"{path} has {values.shape[1]} columns in {len(values)} rows; world positions need "
-            "the ten finite columns of MOT15: frame, id, box, conf, X, Y, Z."
-        )
-    who = values[:, :2]
-    if (who != np.round(who)).any() or len(np.unique(who, axis=0)) != len(who):
-        raise DatasetError(
-            f"{path} has a frame or id that is not whole, or a person twice in a frame; mend it."
-        )
+    values = read_numbers(path, _LAYOUTS)
+    far = np.abs(values[:, [_WORLD_X, _WORLD_Y]]) > FARTHEST
+    _refuse(path, values, [(_WORLD_X + k, far[:, k], "no place is that far") for k in range(2)])
+    _check_once(path, values, np.ones(len(values), bool))
     return pd.DataFrame(
         {
-            SEQUENCE: values[:, 1].astype(int).astype(str),
-            FRAME: values[:, 0].astype(int) - 1,
-            WORLD_X: values[:, 7],
-            WORLD_Y: values[:, 8],
+            SEQUENCE: values[:, _ID].astype(int).astype(str),
+            FRAME: values[:, _FRAME].astype(int) - 1,
+            WORLD_X: values[:, _WORLD_X],
+            WORLD_Y: values[:, _WORLD_Y],
         }
     )
 
@@ -424,7 +352,7 @@ _ANEW = {
 _CROWDS = {1: "hall", 2: "hall", 7: "hall", 3: "night", 4: "night", 5: "night", 6: "day", 8: "day"}
 
 
-def place_of(recording):
+def place_of(recording: str) -> str:
     """What recordings that may show the same people have in common, as a name.
 
     MOT16-02, MOT17-02-DPM, -FRCNN and -SDP and MOT15's Venice-2 are one video; MOT20 has eight

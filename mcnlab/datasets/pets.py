@@ -6,6 +6,7 @@ PETS 2009 S2.L1, View 1: J. Ferryman and A. Shahrokni, "PETS2009: Dataset and ch
 from its Tsai calibration (R. Tsai, IEEE J. Robotics and Automation 3(4), 1987).
 """
 
+import os
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from mcnlab.cameras.camera import TsaiCamera, place_of
+from mcnlab.datasets.reading import reading
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import DatasetError
 from mcnlab.tables import CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y
@@ -24,7 +26,7 @@ PETS_FOCAL_LENGTH = 1190.0  # pixels: between the calibration's 1185 across and 
 _EXTRINSIC = ("tx", "ty", "tz", "rx", "ry", "rz")
 
 
-def read_pets(folder):
+def read_pets(folder: str | os.PathLike) -> Recording:
     """The boxes of PETS 2009 S2.L1, View 1, as a recording of one camera.
 
     Parameters
@@ -43,7 +45,8 @@ def read_pets(folder):
         When the file is missing or is not such a file.
     """
     path = Path(folder) / "PETS2009-S2L1.xml"
-    try:
+    remedy = "each frame needs objects with an id and a box of xc, yc, w and h"
+    with reading(path, "a PETS box file", remedy):
         root = ElementTree.parse(path).getroot()
         rows = [
             (
@@ -54,13 +57,6 @@ def read_pets(folder):
             for frame in root.iter("frame")
             for item in frame.iter("object")
         ]
-    except FileNotFoundError as fault:
-        raise DatasetError(f"{path} is missing; put PETS 2009's box file there.") from fault
-    except (OSError, ElementTree.ParseError, LookupError, ValueError, AttributeError) as fault:
-        raise DatasetError(
-            f"{path} is not a PETS box file ({fault}); each frame needs objects with an id and "
-            "a box of xc, yc, w and h."
-        ) from fault
     if not rows:
         raise DatasetError(f"{path} holds no boxes; restore it from the dataset.")
     table = pd.DataFrame(rows, columns=[SUBJECT, FRAME, CX, CY, W, H])
@@ -141,20 +137,14 @@ def _read_numbers(path, **wanted):
     """Attributes of a calibration's elements, as finite floats."""
     path = Path(path)
     held = {}
-    try:
+    needs = "; ".join(f"{element} {', '.join(names)}" for element, names in wanted.items())
+    with reading(path, "a Tsai calibration", f"it needs {needs}"):
         root = ElementTree.parse(path).getroot()
         for element, names in wanted.items():
             attributes = root.find(element).attrib
             held |= {name: float(attributes[name]) for name in names}
         if not np.isfinite(list(held.values())).all():
             raise ValueError("a number is not finite")
-    except FileNotFoundError as fault:
-        raise DatasetError(f"{path} is missing; put the camera's calibration there.") from fault
-    except (OSError, ElementTree.ParseError, AttributeError, LookupError, ValueError) as fault:
-        needs = "; ".join(f"{element} {', '.join(names)}" for element, names in wanted.items())
-        raise DatasetError(
-            f"{path} is not a Tsai calibration ({fault}); it needs {needs}."
-        ) from fault
     return held
 
 

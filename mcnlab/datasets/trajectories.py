@@ -16,6 +16,7 @@ Edinburgh: B. Majecka, "Statistical models of pedestrian behaviour in the Forum"
 University of Edinburgh, 2009.
 """
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +25,8 @@ from typing import Final, NamedTuple
 import numpy as np
 import pandas as pd
 
+from mcnlab.checks import require_all
+from mcnlab.datasets.reading import read_numbers, reading
 from mcnlab.datasets.scene import Scene, area_of
 from mcnlab.errors import DatasetError, McnError
 from mcnlab.tables import FRAME, TRACE, TRACE_COLUMNS, X, Y
@@ -44,14 +47,14 @@ class SceneFile(NamedTuple):
 
     name: str  # the dataset's own, lower case
     path: Path
-    reader: Callable
+    reader: Callable[[Path], Scene]
 
-    def read(self):
+    def read(self) -> Scene:
         """The scene; raises `DatasetError` when the file is damaged."""
         return self.reader(self.path)
 
 
-def find_scenes(folder):
+def find_scenes(folder: str | os.PathLike) -> list[SceneFile]:
     """The trajectory files of a data folder, whichever there are.
 
     Parameters
@@ -87,7 +90,7 @@ def find_scenes(folder):
     ]
 
 
-def read_scenes(folder):
+def read_scenes(folder: str | os.PathLike) -> tuple[list[Scene], tuple[str, ...]]:
     """Read every trajectory file of a data folder; a damaged one is left out and named.
 
     Parameters
@@ -110,7 +113,7 @@ def read_scenes(folder):
     return scenes, tuple(problems)
 
 
-def read_juelich(path):
+def read_juelich(path: str | os.PathLike) -> Scene:
     """A run of the Jülich corridor experiments.
 
     The corridor's axis is y.  The places are those of the heads.  A run's name tells widths
@@ -134,13 +137,13 @@ def read_juelich(path):
         When the file is missing, is not such a table, or holds a person twice in a frame.
     """
     path = Path(path)
-    values = _read_table(path, columns=5, layout="id frame x y z")
+    values = read_numbers(path, {5: "id frame x y z"}, sep=r"\s+", comment="#")
     places = values[:, 2:4] / 100.0
     traces = _make_traces(path, who=values[:, 0], frame=values[:, 1], places=places)
     return _make_scene(path, traces, JUELICH_FRAME_RATE)
 
 
-def read_eth_ucy(path):
+def read_eth_ucy(path: str | os.PathLike) -> Scene:
     """A scene of ETH or UCY.
 
     The rows come every few frames of the video: every 10th of 25 a second at the hotel and at
@@ -166,7 +169,8 @@ def read_eth_ucy(path):
     """
     path = Path(path)
     path = path if path.name == "obsmat.txt" else path / "obsmat.txt"
-    values = _read_table(path, columns=8, layout="frame id x z y vx vz vy")
+    layout = {8: "frame id x z y vx vz vy"}
+    values = read_numbers(path, layout, sep=r"\s+", comment="#")
     traces = _make_traces(path, who=values[:, 1], frame=values[:, 0], places=values[:, [2, 4]])
     frame = traces[FRAME].to_numpy()
     same = traces[TRACE].to_numpy()[1:] == traces[TRACE].to_numpy()[:-1]
@@ -184,7 +188,7 @@ def read_eth_ucy(path):
     return _make_scene(path, traces, ETH_UCY_RATE)
 
 
-def read_edinburgh(path):
+def read_edinburgh(path: str | os.PathLike) -> Scene:
     """A day of the Edinburgh Informatics Forum, seen from 23 m above.
 
     The tracks are a machine's and were never corrected.  Four rules, each counted in the
@@ -210,7 +214,8 @@ def read_edinburgh(path):
         When the file is missing, holds no track, or a track is not rows of three numbers.
     """
     path = Path(path)
-    text = _read_text(path)
+    with reading(path, "a file of tracks"):
+        text = path.read_text(encoding="utf-8")
     tracks = _TRACK.findall(text)
     if not tracks:
         raise DatasetError(f"{path} holds no TRACK.Rn=[[x y t];…]; restore it from the dataset.")
@@ -219,14 +224,11 @@ def read_edinburgh(path):
         raise DatasetError(f"{path} holds a track number twice; keep one of each.")
     rows = [re.sub(r"[\[\]\s]+", " ", body).strip(" ;").split(";") for _, body in tracks]
     length = [len(row) for row in rows]
-    try:
+    with reading(path, "a file of tracks whose rows are three numbers, x y t"):
         values = np.array([place.split() for row in rows for place in row], dtype=float)
         values = values.reshape(sum(length), 3)
-    except ValueError as fault:
-        raise DatasetError(
-            f"{path} has a track that is not rows of three numbers, x y t; restore it."
-        ) from fault
-    _check_values(path, values)
+    remedy = "mend or drop that track"
+    require_all(f"{path}: a number", values, np.isfinite(values), remedy, error=DatasetError)
     who = np.repeat(numbers, length)
     first = np.sort(np.unique(np.c_[who, values[:, 2]], axis=0, return_index=True)[1])
     who, values, repeated = who[first], values[first], len(who) - len(first)
@@ -275,41 +277,6 @@ def _make_scene(path, traces, frame_rate, *, problems=()):
         # The parts of a track that was cut are one person's.
         people={name: name.split("-")[0] for name in traces[TRACE].unique() if "-" in name},
     )
-
-
-def _read_text(path):
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError as fault:
-        raise DatasetError(f"{path} is missing; put the trajectories there.") from fault
-    except (OSError, UnicodeDecodeError) as fault:
-        raise DatasetError(f"{path} cannot be read ({fault}); restore it.") from fault
-
-
-def _read_table(path, *, columns, layout):
-    """Numbers in white-space separated columns, shape (n, columns), all of them sound."""
-    try:
-        table = pd.read_csv(path, sep=r"\s+", header=None, comment="#", dtype=float)
-    except FileNotFoundError as fault:
-        raise DatasetError(f"{path} is missing; put the trajectories there.") from fault
-    except (OSError, ValueError, OverflowError) as fault:
-        # Pandas' errors on empty files, ragged rows, text and bad bytes are all ValueErrors.
-        raise DatasetError(
-            f"{path} is not a table of numbers, {layout} a line ({fault}); restore it."
-        ) from fault
-    if table.shape[1] != columns:
-        raise DatasetError(
-            f"{path} has {table.shape[1]} columns, not the {columns} of {layout}; restore it."
-        )
-    values = table.to_numpy(float)
-    _check_values(path, values)
-    return values
-
-
-def _check_values(path, values):
-    if not np.isfinite(values).all():
-        row = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
-        raise DatasetError(f"{path} row {row + 1} is short or not finite; mend or drop it.")
 
 
 def _make_traces(path, *, who, frame, places):

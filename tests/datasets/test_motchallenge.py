@@ -195,7 +195,7 @@ def test_missing_files_and_folders_in_their_place_are_refused(tmp_path):
     with pytest.raises(DatasetError, match="is missing"):
         read_sequence(tmp_path / "gone")
     (tmp_path / "X" / "gt" / "gt.txt").mkdir(parents=True)
-    with pytest.raises(DatasetError, match=r"gt\.txt cannot be read"):
+    with pytest.raises(DatasetError, match=r"gt\.txt is not a table"):
         read_sequence(tmp_path / "X")
     for search in (find_sequences, read_sequences):
         with pytest.raises(DatasetError, match="is not a folder"):

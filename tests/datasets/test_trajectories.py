@@ -175,19 +175,19 @@ def test_a_folder_instead_of_a_file_is_refused(read, tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (JUELICH.replace(" 170", ""), "not a table"),
-        ("1 5 0 0\n1 6 0 0\n", "4 columns, not the 5"),
-        (JUELICH + "3 1 0 0\n", "row 5 is short"),
-        (JUELICH + "3 1 0 0 170 9\n", "not a table"),
-        (JUELICH + "3 1 x 0 170\n", "not a table"),
-        (JUELICH + "3 1 nan 0 170\n", "row 5 .*not finite"),
-        (JUELICH + "3 1 inf 0 170\n", "row 5 .*not finite"),
+        (JUELICH.replace(" 170", ""), "line . has 4 columns"),
+        ("1 5 0 0\n1 6 0 0\n", "line 1 has 4 columns; the format has 5"),
+        (JUELICH + "3 1 0 0\n", "line 5 has 4 columns"),
+        (JUELICH + "3 1 0 0 170 9\n", "line 5 has 6 columns"),
+        (JUELICH + "3 1 x 0 170\n", "line 5, column 3 holds 'x'"),
+        (JUELICH + "3 1 nan 0 170\n", "line 5, column 3 holds 'nan'"),
+        (JUELICH + "3 1 inf 0 170\n", "line 5, column 3 holds 'inf'"),
         (JUELICH + "3 1 1e30 0 170\n", "kilometres"),
         (JUELICH + "3 1e300 0 0 170\n", "whole"),
         (JUELICH + "3.5 1 0 0 170\n", "whole"),
         (JUELICH + "1 5.5 0 0 170\n", "whole"),
         (JUELICH + "1 5 9 9 170\n", "person 1 twice in frame 5"),
-        ("# nobody\n", "not a table"),
+        ("# nobody\n", "blank lines only"),
     ],
 )
 def test_a_damaged_juelich_file_is_refused(text, words, write):
@@ -198,8 +198,8 @@ def test_a_damaged_juelich_file_is_refused(text, words, write):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (JUELICH, "5 columns, not the 8"),
-        (OBSMAT + " 41 9 nan 0 5 0 0 0\n", "row 6 .*not finite"),
+        (JUELICH, "5 columns; the format has 8"),
+        (OBSMAT + " 41 9 nan 0 5 0 0 0\n", "line 6, column 3 holds 'nan'"),
         (OBSMAT + " 31 9 0 0 5 0 0 0\n", "person 9 twice in frame 31"),
         (OBSMAT + " 36 9 0 0 5 0 0 0\n", "10 frames apart, but not frame 36"),
         ("1 1 0 0 0 0 0 0\n1 2 0 0 0 0 0 0\n", "nobody for two frames"),
@@ -219,7 +219,7 @@ def test_a_damaged_obsmat_is_refused(text, words, write):
         ("TRACK.R1=[[1 2 3];[3 4]];\n", "three numbers"),
         ("TRACK.R1=[[1 2 3 4 5 6]];\n", "three numbers"),
         ("TRACK.R1=[[1 2 x]];\n", "three numbers"),
-        ("TRACK.R1=[[1 nan 3]];\n", "not finite"),
+        ("TRACK.R1=[[1 nan 3]];\n", "a number is nan in row 0"),
         ("TRACK.R1=[[1 2 3.5]];\n", "whole"),
         (track(1, along(12)) + track(1, along(12)), "number twice"),
         (track(1, along(5)), "no track of 1 s"),
