@@ -1,10 +1,14 @@
 """The camera as its walkers show it: horizon, tilt and height from their boxes alone."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab import tables
+from mcnlab.cameras.camera import Camera
 from mcnlab.cameras.homography import find_homography
 from mcnlab.checks import require_choice, require_count, require_number
 from mcnlab.errors import ArgumentError, DatasetError
@@ -24,37 +28,12 @@ from mcnlab.tables import (
 )
 
 HORIZON_BOXES = 3000  # boxes are enough to see the horizon
-
-
-def _horizons_until(recording, frame):
-    """The horizon that the boxes up to each frame show; see `perspective.estimate_camera`."""
-    boxes = recording.boxes
-    clock, height = boxes[FRAME].to_numpy(np.int64), boxes[H].to_numpy(float)
-    feet = boxes[Y].to_numpy(float) + height
-    # Whatever the order of the tracks, the same boxes are taken.
-    order = np.lexsort((height, feet, clock))
-    clock, height, feet = clock[order], height[order], feet[order]
-    horizon, rise = np.zeros(len(frame)), np.zeros(len(frame))
-    for moment in np.unique(frame):
-        count = np.searchsorted(clock, moment, side="right")
-        some = np.linspace(0, count - 1, min(count, HORIZON_BOXES)).astype(int)
-        low, high = np.percentile(height[some], [5, 95])
-        if high < DEPTH_RANGE * low or np.ptp(feet[some]) == 0:
-            continue
-        line, _ = fit_lines_robust(feet[some], height[some])
-        # A horizon beyond any image is a line that is level but for rounding.
-        if line.slope * PIXEL_LIMIT > abs(line.intercept):
-            now = frame == moment
-            horizon[now], rise[now] = -line.intercept / line.slope, 1 / line.slope
-    return horizon, rise
-
-
 DEPTH_RANGE = 1.25  # a walk whose boxes grow by less does not show the horizon
 
 
 @dataclass(frozen=True)
-class Camera:
-    """A pinhole camera, as far as the walkers show it.
+class Sighting:
+    """What walkers show of the pinhole camera that filmed them.
 
     Attributes
     ----------
@@ -82,20 +61,35 @@ class Camera:
     centroid: float = 0.0
     horizon_std: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_number("focal_length", self.focal_length, above=0, unit="pixels")
         require_count("frame_width", self.frame_width, low=1)
         require_count("frame_height", self.frame_height, low=1)
 
     @property
-    def tilt(self):
+    def tilt(self) -> float:
         """How far the optical axis points below the horizon, radians; 0 if unknown."""
         if self.horizon is None:
             return 0.0
         return float(np.arctan(((self.frame_height - 1) / 2 - self.horizon) / self.focal_length))
 
+    @property
+    def camera(self) -> Camera | None:
+        """The camera, in a world whose unit is the body height; None without a horizon."""
+        if self.horizon is None:
+            return None
+        return Camera.from_tilt(
+            focal_length=self.focal_length,
+            height=self.feet,
+            tilt=np.degrees(self.tilt),
+            frame_width=self.frame_width,
+            frame_height=self.frame_height,
+        )
 
-def estimate_camera(boxes, *, focal_length, frame_width, frame_height):
+
+def estimate_camera(
+    boxes: pd.DataFrame, *, focal_length: float, frame_width: int, frame_height: int
+) -> Sighting:
     """The horizon and the camera's height, from the walkers' boxes alone.
 
     On level ground box height is linear in the row of the feet, h = a(y_feet − y_0): y_0
@@ -113,7 +107,7 @@ def estimate_camera(boxes, *, focal_length, frame_width, frame_height):
 
     Returns
     -------
-    Camera
+    Sighting
         Without a horizon where the boxes differ in height by less than a quarter, or
         shrink towards the bottom of the frame.
 
@@ -121,27 +115,74 @@ def estimate_camera(boxes, *, focal_length, frame_width, frame_height):
     ------
     TableError, ArgumentError
         When the table is not sound or a number is out of range.
+
+    Examples
+    --------
+    >>> from mcnlab.synthetic import make_crossings
+    >>> boxes = make_crossings().boxes
+    >>> seen = estimate_camera(boxes, focal_length=800, frame_width=640, frame_height=480)
+    >>> round(seen.horizon), round(seen.feet, 1), round(seen.camera.horizon)
+    (0, 0, 0)
     """
     tables.check_boxes(boxes)
     height, top, centroid = (boxes[name].to_numpy(float) for name in (H, Y, CY))
-    plain = Camera(focal_length, frame_width, frame_height)
+    plain = Sighting(focal_length, frame_width, frame_height)
     walk = np.unique(boxes[SEQUENCE].to_numpy(object).astype(str), return_inverse=True)[1]
     return _find_horizon(height, top + height, centroid, walk, plain)
 
 
-def _find_horizon(height, feet, centroid, walk, plain):
+def horizons_until(recording: Any, frame: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The horizon that the boxes up to each frame show, see `estimate_camera`.
+
+    Parameters
+    ----------
+    recording : Recording
+    frame : ndarray of int, shape (n,)
+
+    Returns
+    -------
+    horizon, rise : ndarray, shape (n,)
+        The horizon's row, pixels, and the camera's height in body heights; 0 where the
+        boxes do not show them yet.
+    """
+    boxes = recording.boxes
+    clock, height = boxes[FRAME].to_numpy(np.int64), boxes[H].to_numpy(float)
+    feet = boxes[Y].to_numpy(float) + height
+    # Whatever the order of the tracks, the same boxes are taken.
+    order = np.lexsort((height, feet, clock))
+    clock, height, feet = clock[order], height[order], feet[order]
+    horizon, rise = np.zeros(len(frame)), np.zeros(len(frame))
+    for moment in np.unique(frame):
+        count = np.searchsorted(clock, moment, side="right")
+        some = np.linspace(0, count - 1, min(count, HORIZON_BOXES)).astype(int)
+        fit = _fit_horizon(feet[some], height[some])
+        if fit is not None:
+            now = frame == moment
+            horizon[now], rise[now], _ = fit
+    return horizon, rise
+
+
+def _fit_horizon(feet, height):
+    """Row of the horizon, the camera's height in bodies, and weights; None if none shows."""
     low, high = np.percentile(height, [5, 95])
     if high < DEPTH_RANGE * low or np.ptp(feet) == 0:
-        return plain
+        return None
     line, weights = fit_lines_robust(feet, height)
-    if line.slope <= 0:
+    # A horizon beyond any image is a line that is level but for rounding.
+    if line.slope * PIXEL_LIMIT <= abs(line.intercept):
+        return None
+    return float(-line.intercept / line.slope), float(1 / line.slope), weights
+
+
+def _find_horizon(height, feet, centroid, walk, plain):
+    """The sighting `plain`, with the horizon that all boxes show."""
+    fit = _fit_horizon(feet, height)
+    if fit is None:
         return plain
-    horizon = float(-line.intercept / line.slope)
+    horizon, rise, weights = fit
     drop = float(np.median((centroid - horizon) / height))
     spread = _horizon_std(feet, height, weights, walk)
-    return replace(
-        plain, horizon=horizon, feet=float(1 / line.slope), centroid=drop, horizon_std=spread
-    )
+    return replace(plain, horizon=horizon, feet=rise, centroid=drop, horizon_std=spread)
 
 
 def _horizon_std(feet, height, weights, walk):
@@ -162,7 +203,9 @@ def _horizon_std(feet, height, weights, walk):
     return float(np.sqrt((count - 1) * np.mean((rows - rows.mean()) ** 2)))
 
 
-def estimate_cameras(recording, *, focal_length, shared="subject"):
+def estimate_cameras(
+    recording: Any, *, focal_length: float, shared: str = "subject"
+) -> dict[str, Sighting]:
     """The camera of every walk.
 
     Parameters
@@ -177,10 +220,10 @@ def estimate_cameras(recording, *, focal_length, shared="subject"):
     Returns
     -------
     dict
-        Sequence → `Camera`.
+        Sequence → `Sighting`.
     """
     require_choice("shared", shared, ("recording", "subject"))
-    plain = Camera(focal_length, recording.frame_width, recording.frame_height)
+    plain = Sighting(focal_length, recording.frame_width, recording.frame_height)
     boxes = recording.boxes
     walks = dict(tables.split_sequences(boxes))
     subject = boxes[SUBJECT].to_numpy()
@@ -201,14 +244,14 @@ def estimate_cameras(recording, *, focal_length, shared="subject"):
     return cameras
 
 
-def body_scale(height, feet, centroid, camera):
+def body_scale(height: ArrayLike, feet: ArrayLike, centroid: ArrayLike, camera: Any) -> np.ndarray:
     """Pixels a body height at the walker's place, from three readings of it.
 
     Parameters
     ----------
     height, feet, centroid : array_like
         Box height, and rows of feet and centroid, pixels.
-    camera : Camera
+    camera : Sighting
         Or anything with ``horizon``, ``feet`` and ``centroid`` that broadcast; where
         ``feet`` is 0 only the height is read.
 
@@ -223,7 +266,7 @@ def body_scale(height, feet, centroid, camera):
     return (height + pull) / (1 + camera.feet**2 + camera.centroid**2)
 
 
-def find_place(recording, world):
+def find_place(recording: Any, world: pd.DataFrame) -> np.ndarray:
     """Where on the ground a camera that does not roll stands, from boxes whose place is known.
 
     Places that one image column shows lie on a line to the camera.  The homography from

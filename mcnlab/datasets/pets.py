@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.transform import Rotation
 
-from mcnlab.cameras.camera import TsaiCamera, place_of
+from mcnlab.cameras.camera import Camera
+from mcnlab.checks import require_count
 from mcnlab.datasets.reading import reading
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import DatasetError
@@ -69,25 +71,31 @@ def read_pets(folder: str | os.PathLike) -> Recording:
     return Recording(PETS, boxes, PETS_FRAME_RATE, PETS_WIDTH, PETS_HEIGHT)
 
 
-def read_tsai(path):
+def read_tsai(path: str | os.PathLike, *, frame_width: int = PETS_WIDTH) -> Camera:
     """A camera with a Tsai calibration.
+
+    The principal point is taken as published and scaled with the frame: the half pixel
+    between an image's corner and its first pixel's centre is less than it is known to.
 
     Parameters
     ----------
     path : path-like
         An XML file with ``Geometry`` dpx, dpy (mm), ``Intrinsic`` focal (mm), kappa1 (1/mm²),
         cx, cy (pixels), sx, and ``Extrinsic`` tx, ty, tz (mm), rx, ry, rz (radians).
+    frame_width : int, optional
+        Of the images, pixels; 768 where they are as large as those it was calibrated on.
 
     Returns
     -------
-    TsaiCamera
-        For the image that it was calibrated on, 768×576 in PETS 2009.
+    Camera
+        With frames in the ratio 4 : 3, as of PETS 2009.
 
     Raises
     ------
     DatasetError
         When the file is missing, lacks a number, or holds an impossible one.
     """
+    frame_width = require_count("frame_width", frame_width, low=1)
     held = _read_numbers(
         path,
         Geometry=("dpx", "dpy"),
@@ -100,15 +108,15 @@ def read_tsai(path):
             "restore it."
         )
     turn, shift = _pose(held)
-    return TsaiCamera(
-        focal=held["focal"],
-        kappa=held["kappa1"],
-        centre=(held["cx"], held["cy"]),
-        aspect=held["sx"],
-        pitch=(held["dpx"], held["dpy"]),
-        turn=turn,
-        shift=shift,
-    )
+    scale, focal = frame_width / PETS_WIDTH, held["focal"]
+    across, down = held["sx"] * focal / held["dpx"], focal / held["dpy"]
+    lens = [
+        [scale * across, 0, scale * held["cx"]],
+        [0, scale * down, scale * held["cy"]],
+        [0, 0, 1],
+    ]
+    height = max(1, round(scale * PETS_HEIGHT))
+    return Camera(lens, turn, shift, frame_width, height, held["kappa1"] * focal**2)
 
 
 def read_tsai_place(path):
@@ -130,7 +138,7 @@ def read_tsai_place(path):
         When the file is missing or lacks a number.
     """
     turn, shift = _pose(_read_numbers(path, Extrinsic=_EXTRINSIC))
-    return place_of(turn, shift)
+    return -turn.T @ shift
 
 
 def _read_numbers(path, **wanted):
@@ -149,10 +157,6 @@ def _read_numbers(path, **wanted):
 
 
 def _pose(held):
-    """World to camera, Rz·Ry·Rx, and the shift in millimetres."""
-    turn = np.array([held[key] for key in ("rx", "ry", "rz")])
-    (cos_x, cos_y, cos_z), (sin_x, sin_y, sin_z) = np.cos(turn), np.sin(turn)
-    about_x = np.array([[1, 0, 0], [0, cos_x, -sin_x], [0, sin_x, cos_x]])
-    about_y = np.array([[cos_y, 0, sin_y], [0, 1, 0], [-sin_y, 0, cos_y]])
-    about_z = np.array([[cos_z, -sin_z, 0], [sin_z, cos_z, 0], [0, 0, 1]])
-    return about_z @ about_y @ about_x, np.array([held[key] for key in ("tx", "ty", "tz")])
+    """World to camera, Rz·Ry·Rx, and the shift in metres."""
+    turn = Rotation.from_euler("xyz", [held[key] for key in ("rx", "ry", "rz")])
+    return turn.as_matrix(), np.array([held[key] for key in ("tx", "ty", "tz")]) / 1000.0

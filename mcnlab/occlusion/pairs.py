@@ -16,8 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mcnlab.cameras.camera import Camera
-from mcnlab.cameras.horizon import _horizons_until
+from mcnlab.cameras.horizon import horizons_until
 from mcnlab.checks import require_count, require_number
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.occlusion.truth import COVER, Truth, find_occlusions
@@ -74,6 +73,15 @@ RULES = Rules()
 
 
 @dataclass(frozen=True)
+class Film:
+    """What is known of the film that shows the pairs: frames a second, and pixels."""
+
+    frame_rate: float
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
 class Walkers:
     """What is seen of walkers up to a moment each; one row a walker and moment.
 
@@ -91,7 +99,7 @@ class Walkers:
         Row of the horizon, and the drop of the feet below it as a multiple of the body's
         height, from all boxes of the recording up to the moment; rise is 0 where they do
         not show it.
-    camera : Camera
+    camera : Film
     """
 
     time: np.ndarray
@@ -102,7 +110,7 @@ class Walkers:
     h: np.ndarray
     horizon: np.ndarray
     rise: np.ndarray
-    camera: Camera
+    camera: Film
 
     def __len__(self):
         return len(self.seen)
@@ -200,7 +208,7 @@ def find_pairs(recording, *, rules=RULES):
         nows.append(np.full(len(i), frame))
     track = np.stack([_joined(firsts), _joined(seconds)], axis=1)
     now = _joined(nows)[:, None] - stack.start[track]
-    return _judge(recording, look, track, now, _horizons_until, rules)
+    return _judge(recording, look, track, now, horizons_until, rules)
 
 
 def watch(recording, frame, *, rules=RULES):
@@ -234,7 +242,7 @@ def watch(recording, frame, *, rules=RULES):
         )
     track = here[np.stack(np.triu_indices(len(here), 1), axis=1)]
     now = frame - stack.start[track]
-    return WatchedPairs(**_see(recording, look, track, now, _horizons_until, rules))
+    return WatchedPairs(**_see(recording, look, track, now, horizons_until, rules))
 
 
 def lay_over(recording, *, shifts, rules=RULES):
@@ -424,7 +432,7 @@ def _walkers_at(recording, look, moment, horizons):
     offsets = np.arange(1 - look.frames, 1)
     seen, (x, y, w, h) = look.at(moment[:, 0], moment[:, 1], offsets)
     horizon, rise = horizons(recording, recording.stack.start[moment[:, 0]] + moment[:, 1])
-    camera = Camera(recording.frame_rate, recording.frame_width, recording.frame_height)
+    camera = Film(recording.frame_rate, recording.frame_width, recording.frame_height)
     time = offsets / recording.frame_rate
     # Rows and columns count from the centre of the top-left pixel, half a pixel from its edge.
     middle, feet = x + (w - 1) / 2, y + h - 0.5

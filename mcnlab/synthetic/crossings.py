@@ -7,10 +7,12 @@ walk; with ``turning=0`` they walk straight on.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
+from mcnlab.cameras.camera import Camera
 from mcnlab.checks import require_count, require_number
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError
@@ -68,30 +70,15 @@ class Square:
         require_number("near", self.near, above=0, unit="metres")
         require_number("far", self.far, above=self.near, high=_FAR_OFF, unit="metres")
 
-    def project(self, x, up, ahead):
-        """Where points are seen.
-
-        Parameters
-        ----------
-        x, up, ahead : array_like
-            Metres to the right of the camera, above the ground, and ahead of the camera along
-            the ground.
-
-        Returns
-        -------
-        column, row : ndarray
-            Pixels; meaningless where the depth is not positive.
-        depth : ndarray
-            Metres along the optical axis.
-        """
-        tilt = np.radians(self.tilt)
-        below = self.height - up
-        depth = ahead * np.cos(tilt) + below * np.sin(tilt)
-        row = (below * np.cos(tilt) - ahead * np.sin(tilt)) / depth
-        return (
-            (self.frame_width - 1) / 2 + self.focal_length * x / depth,
-            (self.frame_height - 1) / 2 + self.focal_length * row,
-            depth,
+    @cached_property
+    def camera(self) -> Camera:
+        """The camera, above the world's origin."""
+        return Camera.from_tilt(
+            focal_length=self.focal_length,
+            height=self.height,
+            tilt=self.tilt,
+            frame_width=self.frame_width,
+            frame_height=self.frame_height,
         )
 
     def scaled(self, factor):
@@ -199,8 +186,11 @@ def _look(square, right, ahead, heading, pace, stature, time, rng, box_noise):
     sideways = np.abs(np.sin(heading - np.arctan2(right, ahead)))
     aspect = ASPECT + SWING * moving * sideways * (0.5 + 0.5 * np.cos(phase))
     top = stature * (1 + BOB * moving * np.sin(phase))
-    column, feet, depth = square.project(right, 0.0, ahead)
-    _, head, head_depth = square.project(right, top, ahead)
+    # NaN behind the camera, which lies within no frame.
+    (column, feet), (_, head) = (
+        np.moveaxis(square.camera.see(np.stack([right, ahead, up], axis=-1))[0], -1, 0)
+        for up in (np.zeros_like(top), top)
+    )
     height = feet - head
     width = aspect * height
     edges = np.stack([column - width / 2, head, column + width / 2, feet])
@@ -208,7 +198,6 @@ def _look(square, right, ahead, heading, pace, stature, time, rng, box_noise):
     left, up, far, down = edges
     seen = (
         (ahead > 0.3 * square.near)
-        & (np.minimum(depth, head_depth) > 0)
         & (left >= 0)
         & (far <= square.frame_width - 1)
         & (up >= 0)

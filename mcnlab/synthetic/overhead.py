@@ -6,22 +6,28 @@ with shadows, flicker and sensor noise.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
 import pandas as pd
 
-from mcnlab.cameras.camera import View
-from mcnlab.checks import require_count, require_number, require_points
+from mcnlab.cameras.camera import Camera
+from mcnlab.checks import require_count, require_number
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.synthetic.corridor import Corridor, make_corridor
-from mcnlab.tables import FRAME, TRACE, X, Y, check_traces
+from mcnlab.tables import FRAME, TRACE, X, Y
 
-TOP_FLOOR: Final = View(
-    focal_length=430.0, height=13.0, tilt=60.0, frame_width=384, frame_height=216
+# A fixed camera at the top floor, looking north over the corridor.
+TOP_FLOOR: Final = Camera.from_tilt(
+    focal_length=430.0,
+    height=13.0,
+    tilt=60.0,
+    frame_width=384,
+    frame_height=216,
+    place=(5.75, -4.4),
 )
 
 # Heights, metres.
@@ -30,85 +36,6 @@ _PARAPET: Final = 0.7
 _PLANTER: Final = 0.3
 _POST: Final = 2.4
 _SHADOW: Final = np.array([0.35, 0.45])  # metres, where a walker's shadow falls
-
-
-@dataclass(frozen=True)
-class OverheadCamera:
-    """A fixed camera at the top floor, looking north over the corridor.
-
-    Attributes
-    ----------
-    x, y : float
-        Where its foot point is on the ground, metres.
-    view : View
-        Its height, tilt, focal length and frame size.
-    """
-
-    x: float = 5.75
-    y: float = -4.4
-    view: View = TOP_FLOOR
-
-    def __post_init__(self):
-        require_number("x", self.x, unit="metres")
-        require_number("y", self.y, unit="metres")
-        if not isinstance(self.view, View):
-            raise ArgumentError(f"view is {self.view!r}; pass a View.")
-
-    def to_image(self, points, *, height=0.0):
-        """Where points above the ground appear.
-
-        Parameters
-        ----------
-        points : array_like, shape (n, 2)
-            Ground metres.
-        height : float or array_like, optional
-            Metres above the ground.
-
-        Returns
-        -------
-        ndarray, shape (n, 2)
-            Pixels, the first pixel's centre at (0, 0).
-
-        Raises
-        ------
-        ArgumentError
-            When a point is not finite or not in front of the camera.
-        """
-        points = require_points("points", points)
-        heights = np.asarray(height, dtype=float)
-        if heights.shape not in ((), (len(points),)) or not np.isfinite(heights).all():
-            raise ArgumentError(
-                f"height has the shape {heights.shape}; pass one finite height, or one a point."
-            )
-        heights = np.broadcast_to(heights, len(points))
-        world = np.stack([points[:, 0] - self.x, heights, points[:, 1] - self.y], axis=1)
-        pixels, depth = self.view.project(world)
-        if not (depth > 0).all():
-            raise ArgumentError("points: some lie behind the camera; move it back or tilt it.")
-        return pixels
-
-    @cached_property
-    def homography(self):
-        """Image to ground, exact, shape (3, 3)."""
-        tilt = np.radians(self.view.tilt)
-        f, h, (cx, cy) = self.view.focal_length, self.view.height, self.view.centre
-        sine, cosine = np.sin(tilt), np.cos(tilt)
-        # Right, down and depth of a ground point (x, y, 1), as in View.project.
-        looks = np.array(
-            [
-                [1, 0, -self.x],
-                [0, -sine, sine * self.y + cosine * h],
-                [0, cosine, sine * h - cosine * self.y],
-            ]
-        )
-        inverse = np.linalg.inv(np.array([[f, 0, cx], [0, f, cy], [0, 0, 1.0]]) @ looks)
-        return inverse / inverse[2, 2]
-
-    def feet_in_image(self, traces):
-        """A trace table in pixels: where the true feet appear."""
-        check_traces(traces)
-        pixels = self.to_image(traces[[X, Y]].to_numpy(float))
-        return traces.assign(**{X: pixels[:, 0], Y: pixels[:, 1]})
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +75,8 @@ def render_corridor(
     Parameters
     ----------
     corridor : Corridor, optional
-    camera : OverheadCamera, optional
+    camera : Camera, optional
+        Default: `TOP_FLOOR`.
     walkers, seed : int, optional
         As in `make_corridor`; 40 walkers take three to four minutes.
     start : float, optional
@@ -168,7 +96,7 @@ def render_corridor(
         When an argument is impossible or nobody is there in that time.
     """
     corridor = Corridor() if corridor is None else corridor
-    camera = OverheadCamera() if camera is None else camera
+    camera = TOP_FLOOR if camera is None else camera
     noise = require_number("noise", noise, low=0, high=50, unit="grey levels")
     scene = make_corridor(corridor, walkers=walkers, seed=seed)
     rate = scene.frame_rate
@@ -183,22 +111,23 @@ def render_corridor(
             f"start is {start:g} s, seconds is {seconds}: nobody is there then; the walkers come "
             f"from {scene.traces[FRAME].min() / rate:g} to {scene.traces[FRAME].max() / rate:g} s."
         )
-    frames = np.empty((stop - first, camera.view.frame_height, camera.view.frame_width), np.uint8)
+    frames = np.empty((stop - first, camera.frame_height, camera.frame_width), np.uint8)
     drawn = render_frames(scene, camera, corridor, start=first, stop=stop, noise=noise, seed=seed)
     for number, frame in enumerate(drawn):
         frames[number] = frame
     traces = scene.traces[there]
     truth = scene.with_traces(traces.assign(**{FRAME: traces[FRAME] - first}))
-    feet = camera.feet_in_image(truth.traces)
+    pixels = camera.project(truth.traces[[X, Y]])
+    feet = truth.traces.assign(**{X: pixels[:, 0], Y: pixels[:, 1]})
     marks = _marks(corridor)
     return RenderedCorridor(
         frames=frames,
         frame_rate=rate,
         homography=camera.homography,
-        image_points=np.round(camera.to_image(marks)),
+        image_points=np.round(camera.project(marks)),
         ground_points=marks,
         truth=truth,
-        feet=feet.assign(hidden=_is_hidden(corridor, camera, feet[[X, Y]].to_numpy())),
+        feet=feet.assign(hidden=_is_hidden(corridor, camera, pixels)),
     )
 
 
@@ -212,7 +141,8 @@ def render_frames(scene, camera=None, corridor=None, *, start=0, stop=None, nois
     ----------
     scene : Scene
         Walkers in the corridor, as from `make_corridor`.
-    camera : OverheadCamera, optional
+    camera : Camera, optional
+        Default: `TOP_FLOOR`.
     corridor : Corridor, optional
     start, stop : int, optional
         The first frame and the one after the last; the whole scene if not given.
@@ -225,7 +155,7 @@ def render_frames(scene, camera=None, corridor=None, *, start=0, stop=None, nois
     ------
     ndarray of uint8, shape (height, width)
     """
-    camera = OverheadCamera() if camera is None else camera
+    camera = TOP_FLOOR if camera is None else camera
     corridor = Corridor() if corridor is None else corridor
     noise = require_number("noise", noise, low=0, high=50, unit="grey levels")
     start = require_count("start", start)
@@ -236,7 +166,7 @@ def render_frames(scene, camera=None, corridor=None, *, start=0, stop=None, nois
     background, hiding = _paint(corridor, camera)
     people = _draw_up(scene, camera, rng, start, stop)
     posts = [_post(camera, place) for place in corridor.best_places]
-    size = camera.view.frame_width, camera.view.frame_height
+    size = camera.frame_width, camera.frame_height
     sensor = rng.standard_normal(8 * size[0] * size[1], dtype=np.float32)
     for frame in range(start, stop):
         canvas = background.copy()
@@ -269,7 +199,12 @@ class _Thing(NamedTuple):
 
 
 def _doubled(camera, points, height=0.0):
-    return 2 * camera.to_image(points, height=height) + 0.5
+    return 2 * camera.project(_raised(points, height)) + 0.5
+
+
+def _raised(points, height):
+    """Points of the ground at a height, or one height each; shape (n, 3), metres."""
+    return np.c_[points, np.broadcast_to(height, len(points))]
 
 
 def _sixteenths(points):
@@ -295,11 +230,8 @@ def _shade(people, size):
 
 def _range(camera, places):
     """Depth of people at places, metres, and doubled pixels a metre there."""
-    chest = np.stack(
-        [places[:, 0] - camera.x, np.full(len(places), 1.0), places[:, 1] - camera.y], axis=1
-    )
-    _, depth = camera.view.project(chest)
-    return depth, 2 * camera.view.focal_length / depth
+    depth = camera.depth(_raised(places, 1.0))  # of the chest
+    return depth, 2 * camera.focal_length / depth
 
 
 def _post(camera, place):
@@ -451,7 +383,7 @@ def _paint_floor(corridor, camera):
     to_ground = np.array([[1 / scale, 0, x[0]], [0, 1 / scale, y[0]], [0, 0, 1]])
     double = np.array([[2, 0, 0.5], [0, 2, 0.5], [0, 0, 1]])
     seen = double @ np.linalg.inv(camera.homography) @ to_ground
-    size = 2 * camera.view.frame_width, 2 * camera.view.frame_height
+    size = 2 * camera.frame_width, 2 * camera.frame_height
     return cv2.warpPerspective(ground, seen, size, borderMode=cv2.BORDER_REPLICATE)
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from mcnlab.cameras.camera import View
+from mcnlab.cameras.camera import Camera
 from mcnlab.checks import require_count
 from mcnlab.compass import heading_of
 from mcnlab.datasets.recording import Recording
@@ -23,7 +23,7 @@ from mcnlab.synthetic.walkers import make_walk
 from mcnlab.tables import AREA, BOX_COLUMNS, H, W, X, Y
 
 STREET_NAME = "street"
-STREET = View(focal_length=450, height=1.6, tilt=4, frame_width=960, frame_height=540)
+STREET = Camera.from_tilt(focal_length=450, height=1.6, tilt=4, frame_width=960, frame_height=540)
 STREET_RATE = 25.0  # frames a second
 # Direction → metres ahead of the camera in mid-walk, and at the farthest.
 _BRISK = {2: (6.5, 8.5), 3: (7.0, 50.0), 6: (6.0, 8.0), 7: (7.5, 50.0)}
@@ -61,7 +61,7 @@ def make_street(*, brisk=3, dawdlers=5, seed=5, view=STREET):
     dawdlers : int, optional
         People; each dawdles once in direction 3, twelve metres away or more.
     seed : int, optional
-    view : View, optional
+    view : Camera, optional
         From where the same walks are seen; default: at eye level.
 
     Returns

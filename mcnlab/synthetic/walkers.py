@@ -6,8 +6,8 @@ was, where it was heading, how fast it went.  The body is a set of tapered capsu
 stands on the ground and does not slip, so height, speed and bobbing follow from body and
 cadence and are not put in by hand.
 
-World coordinates are metres: X to the right, Y up, Z along the ground away from the
-camera, whose foot point is the origin.  Headings are degrees clockwise seen from above:
+World coordinates are metres: x to the right, y along the ground away from the camera,
+whose foot point is the origin, and z up.  Headings are degrees clockwise seen from above:
 0 = away, 90 = right, 180 = toward, 270 = left.
 
 Sources
@@ -38,7 +38,7 @@ import numpy as np
 import pandas as pd
 
 from mcnlab import tables
-from mcnlab.cameras.camera import View
+from mcnlab.cameras.camera import Camera
 from mcnlab.checks import require_choice, require_count, require_number
 from mcnlab.compass import DIRECTIONS, direction_of, heading_of
 from mcnlab.errors import ArgumentError
@@ -54,8 +54,8 @@ from mcnlab.synthetic.body import (
     draw_body,
 )
 
-X_M: Final = "X_m"  # pelvis on the ground, metres to the right of the camera
-Z_M: Final = "Z_m"  # pelvis on the ground, metres ahead of the camera
+X_M: Final = "x_m"  # pelvis on the ground, metres to the right of the camera
+Y_M: Final = "y_m"  # pelvis on the ground, metres ahead of the camera
 SPEED: Final = "speed"  # over one stride, metres a second
 HEADING: Final = "heading_deg"  # degrees clockwise from "away"
 STATURE_PX: Final = "stature_px"  # rows from the ground under the pelvis to a stature above
@@ -69,6 +69,11 @@ _OUTLINE: Final = 0.5  # pixels that cv2.fillConvexPoly adds all round, as it dr
 _MAX_FRAMES: Final = 127  # the longest walk in CASIA A
 _MARGIN: Final = 2.0  # pixels that a walk keeps from the frame's edge
 _OFFSET: Final = 0.3  # metres by which a walk may pass left or right of the optical axis
+# Like the camera of CASIA A.
+CASIA_VIEW: Final = Camera.from_tilt(
+    focal_length=450.0, height=1.55, tilt=4.0, frame_width=352, frame_height=240
+)
+
 # Metres ahead of the camera, (low, high), in mid-walk and at the farthest, as in CASIA A.
 _LATERAL: Final = ((4.9, 6.1), (10.0, 10.0))
 _OBLIQUE: Final = ((6.4, 7.4), (8.6, 9.9))
@@ -90,7 +95,7 @@ class Walk:
     ----------
     heading : float
         Degrees clockwise from "away".
-    x, z : float
+    x, y : float
         Where the pelvis is in the first frame: metres to the right of the camera and
         ahead of it.
     n_frames : int
@@ -105,7 +110,7 @@ class Walk:
 
     heading: float
     x: float = 0.0
-    z: float = 6.0
+    y: float = 6.0
     n_frames: int = 80
     frame_rate: float = 25.0
     pace_wobble: float = 0.0
@@ -114,7 +119,7 @@ class Walk:
     def __post_init__(self):
         require_number("heading", self.heading, unit="degrees")
         require_number("x", self.x, unit="metres")
-        require_number("z", self.z, unit="metres")
+        require_number("y", self.y, unit="metres")
         require_count("n_frames", self.n_frames, low=2)
         require_number("frame_rate", self.frame_rate, above=0, unit="frames a second")
         require_number("pace_wobble", self.pace_wobble, low=0, high=0.9)
@@ -122,9 +127,9 @@ class Walk:
 
     @property
     def axes(self):
-        """Unit vectors (X, Y, Z) to the walker's right, up and forward, shape (3, 3)."""
+        """Unit vectors (x, y, z) to the walker's right, up and forward, shape (3, 3)."""
         sine, cosine = math.sin(math.radians(self.heading)), math.cos(math.radians(self.heading))
-        return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+        return np.array([[cosine, -sine, 0.0], [0.0, 0.0, 1.0], [sine, cosine, 0.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +152,7 @@ class SyntheticWalk:
     subject: str
     body: Body
     walk: Walk
-    view: View
+    view: Camera
     masks: np.ndarray
     truth: pd.DataFrame
 
@@ -179,7 +184,7 @@ class _Image:
     centres: np.ndarray  # (n, len(JOINTS), 2), pixels
     radii: np.ndarray  # (n, len(JOINTS)), pixels
     too_near: np.ndarray  # (n,), whether some joint is behind the lens or almost
-    view: View
+    view: Camera
 
     @cached_property
     def clearance(self):
@@ -216,8 +221,8 @@ def render_walk(body, walk, view=None, *, drop_limbs=(), name="walk", subject="w
     ----------
     body : Body
     walk : Walk
-    view : View, optional
-        Default: one like CASIA A's.
+    view : Camera, optional
+        Default: `CASIA_VIEW`.
     drop_limbs : iterable of str, optional
         Limbs to leave out, from `LIMBS`.
     name, subject : str, optional
@@ -231,7 +236,7 @@ def render_walk(body, walk, view=None, *, drop_limbs=(), name="walk", subject="w
         One row a frame.  A box table (`mcnlab.tables`) with area, measured on the mask,
         all 0 where the body is wholly outside the frame; and
 
-        - ``X_m, Z_m``: the pelvis on the ground, metres;
+        - ``x_m, y_m``: the pelvis on the ground, metres;
         - ``speed``: over one stride, metres a second;
         - ``heading_deg``: degrees clockwise from "away";
         - ``stature_px``: rows from the ground under the pelvis to one stature above it;
@@ -243,7 +248,7 @@ def render_walk(body, walk, view=None, *, drop_limbs=(), name="walk", subject="w
     ArgumentError
         When the walker comes behind the camera or is never in view, or a limb is unknown.
     """
-    view = View() if view is None else view
+    view = CASIA_VIEW if view is None else view
     drop_limbs = (drop_limbs,) if isinstance(drop_limbs, str) else tuple(drop_limbs)
     for limb in drop_limbs:
         require_choice("drop_limbs", limb, LIMBS)
@@ -287,8 +292,8 @@ def make_walk(
     body : Body
     heading : float
         Degrees clockwise from "away".
-    view : View, optional
-        Default: one like CASIA A's.
+    view : Camera, optional
+        Default: `CASIA_VIEW`.
     distance, offset : float, optional
         The place: metres ahead of the camera and to its right.
     n_frames : int, optional
@@ -315,7 +320,7 @@ def make_walk(
     ArgumentError
         When the body is not wholly in view at the place and `n_frames` is not given.
     """
-    view = View() if view is None else view
+    view = CASIA_VIEW if view is None else view
     require_number("distance", distance, above=0, unit="metres")
     require_number("offset", offset, unit="metres")
     require_number("farthest", farthest, above=0, unit="metres")
@@ -328,18 +333,18 @@ def make_walk(
         course = Walk(heading, 0.0, 0.0, n_frames, frame_rate, pace_wobble)
         middle = n_frames // 2
     motion = _move(body, course)
-    shift = (offset, 0.0, distance) - motion.pelvis[middle] * (1, 0, 1)
+    shift = (offset, distance, 0.0) - motion.pelvis[middle] * (1, 1, 0)
     first, last = 0, course.n_frames - 1
     if n_frames is None:
         image = _look(body, motion.joints + shift, view)
-        ahead = motion.pelvis[:, 2] + shift[2]
+        ahead = motion.pelvis[:, 1] + shift[1]
         first, last = _run_in_view(image, ahead, middle, max_frames, farthest)
-    x, _, z = motion.pelvis[first] + shift
+    x, y, _ = motion.pelvis[first] + shift
     body = replace(body, phase=float(motion.phase[first] % 1.0))
     walk = replace(
         course,
         x=float(x),
-        z=float(z),
+        y=float(y),
         n_frames=last - first + 1,
         pace_phase=(first / frame_rate / _PACE_PERIOD) % 1.0,
     )
@@ -369,8 +374,8 @@ def make_walks(
         Out of 1 … 8, see `compass.heading_of`.
     seed : int
         The same seed gives the same walks.
-    view : View, optional
-        Default: one like CASIA A's.
+    view : Camera, optional
+        Default: `CASIA_VIEW`.
     repeats : int, optional
         Walks of a person in a direction.
     distances : mapping, optional
@@ -454,8 +459,8 @@ def _move(body, walk):
     ahead = length * (phase - phase[0]) + _periodic(phase, lead) - _periodic(phase[:1], lead)
     axes = walk.axes
     pelvis = body.stature * ahead[:, None] * axes[2]
-    pelvis[:, 1] = body.stature * _periodic(phase, height)
-    pelvis += (walk.x, 0.0, walk.z)
+    pelvis[:, 2] = body.stature * _periodic(phase, height)
+    pelvis += (walk.x, walk.y, 0.0)
     joints = pelvis[:, None] + body.stature * _pose(body, phase) @ axes
     speed = body.speed * (1 + walk.pace_wobble * np.sin(wobble))
     return _Motion(phase, speed, pelvis, joints)
@@ -463,9 +468,9 @@ def _move(body, walk):
 
 def _look(body, joints, view):
     """Where joints in the world appear, see `_Image`."""
-    centres, depth = view.project(joints)
+    depth = view.depth(joints)
     radii = view.focal_length * _radii(body) / np.maximum(depth, _NEAREST)
-    return _Image(centres, radii, (depth < _NEAREST).any(axis=1), view)
+    return _Image(view.see(joints)[0], radii, (depth < _NEAREST).any(axis=1), view)
 
 
 def _run_in_view(image, ahead, middle, count, farthest):
@@ -538,9 +543,9 @@ def _outlines(start, start_radius, stop, stop_radius):
 
 def _truth(body, walk, motion, image, masks, name, subject):
     """The table that `render_walk` describes."""
-    ground = motion.pelvis * (1, 0, 1)
-    crown = np.array([0.0, body.stature, 0.0])
-    rows = image.view.project(np.stack([ground, ground + crown]))[0][..., 1]
+    ground = motion.pelvis * (1, 1, 0)
+    crown = np.array([0.0, 0.0, body.stature])
+    rows = image.view.project(np.stack([ground, ground + crown]))[..., 1]
     measured = np.array([_measure(mask) for mask in masks])
     table = {
         tables.SEQUENCE: name,
@@ -553,7 +558,7 @@ def _truth(body, walk, motion, image, masks, name, subject):
     table[tables.CY] = measured[:, 5]
     table[tables.AREA] = measured[:, 6].astype(int)
     table[X_M] = motion.pelvis[:, 0]
-    table[Z_M] = motion.pelvis[:, 2]
+    table[Y_M] = motion.pelvis[:, 1]
     table[SPEED] = motion.speed
     table[HEADING] = float(walk.heading)
     table[STATURE_PX] = rows[0] - rows[1]

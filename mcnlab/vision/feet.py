@@ -188,7 +188,7 @@ def trunk_widths(shape, to_ground, *, coarsest=COARSEST):
     shape : tuple of int
         Rows and columns of the image.
     to_ground : callable
-        Image points (n, 2) → ground metres (n, 2), such as `TsaiCamera.to_ground`; it may
+        Image points (n, 2) → ground metres (n, 2), such as `Camera.to_ground`; it may
         raise `McnError` for points that see no ground.
     coarsest : float, optional
         Metres on the ground for one pixel: places that are seen less finely, and all that
@@ -208,7 +208,7 @@ def trunk_widths(shape, to_ground, *, coarsest=COARSEST):
     if not callable(to_ground):
         raise ArgumentError(
             f"to_ground is a {type(to_ground).__name__}; pass a function of image points, such as "
-            "TsaiCamera.to_ground."
+            "Camera.to_ground."
         )
     coarsest = require_number("coarsest", coarsest, above=0, unit="metres a pixel")
     x = np.arange(columns + 1.0)
@@ -271,7 +271,7 @@ def person_sizes(widths, height):
     widths : ndarray, shape (rows, columns)
         From `trunk_widths`.
     height : callable or float
-        Image points (n, 2) → pixels, such as `TsaiCamera.height_at` or what `learn_height`
+        Image points (n, 2) → pixels, such as `Camera.height_at` or what `learn_height`
         gives; or pixels.
 
     Returns
@@ -304,7 +304,7 @@ def person_sizes(widths, height):
 def learn_height(masks, widths):
     """How tall people appear, from the silhouettes themselves.
 
-    On level ground height is linear in the row of the feet (`perspective.estimate_camera`).
+    On level ground height is linear in the row of the feet (`estimate_camera`).
     A robust line through all silhouettes that are as wide as one person leaves out groups,
     and fragments as far as they are the fewer.
 

@@ -226,7 +226,7 @@ def trace_pets(folder, method):
     """The traces of PETS 2009, View 1, by one of `traces.METHODS`: metres, frames from 0."""
     path, calibration, _ = pets_video_files(folder)
     video = open_video(path, frame_rate=pets.PETS_FRAME_RATE)
-    camera = pets.read_tsai(calibration).scaled(video.width / pets.PETS_WIDTH)
+    camera = pets.read_tsai(calibration, frame_width=video.width)
     return traces.trace_video(video, camera.to_ground, method=method, height=camera.height_at)
 
 

@@ -268,7 +268,7 @@ def trace_video(
     ----------
     video : Video
     to_ground : callable
-        Image points (n, 2) → ground metres (n, 2): `TsaiCamera.to_ground`, or
+        Image points (n, 2) → ground metres (n, 2): `Camera.to_ground`, or
         ``functools.partial(ground.project, homography)``.
     method : str, optional
         One of `METHODS`: "background", or an optical flow.

@@ -8,7 +8,6 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from mcnlab.cameras.camera import View
 from mcnlab.checks import require_count
 from mcnlab.compass import direction_of, heading_of, turn_between
 from mcnlab.datasets import casia
@@ -17,7 +16,7 @@ from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError, SilhouetteError
 from mcnlab.statistics import Estimate, accuracy, mean_by_subject, share_by_subject, share_of
 from mcnlab.synthetic.noise import SegmentationNoise, add_noise
-from mcnlab.synthetic.walkers import make_walks
+from mcnlab.synthetic.walkers import CASIA_VIEW, make_walks
 from mcnlab.tables import DIRECTION, SEQUENCE
 from mcnlab.vision.silhouettes import measure_sequence
 from mcnlab.walking import viewpoint
@@ -263,7 +262,7 @@ def accuracy_under_noise(
     groups = group_of(truth_of(learn))
     thesis = LinearSeparators().fit(measure_phases(learn.boxes)["m_h"].to_numpy(), groups)
     growth = LinearSeparators().fit(measure_phase_space(learn)["height_growth"].to_numpy(), groups)
-    focal_length = View().focal_length if focal_length is None else focal_length
+    focal_length = CASIA_VIEW.focal_length if focal_length is None else focal_length
     found = {"thesis, height": [], "growth": [], "perspective": []}
     for level in levels:
         seen = record_walks(walks[half:], noise=noise.scaled(level), seed=seed + 1, n_jobs=n_jobs)

@@ -93,7 +93,7 @@ def measure_headings(recording, *, focal_length, window=None, shared="subject", 
     shared : {"recording", "subject"}, optional
         As in `estimate_cameras`.
     cameras : dict, optional
-        Sequence → `Camera`, to use instead of estimating them.
+        Sequence → `Sighting`, to use instead of estimating them.
 
     Returns
     -------

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
-from mcnlab.cameras.camera import View
+from mcnlab.cameras.camera import Camera
 from mcnlab.checks import require_count, require_number
 from mcnlab.compass import heading_of
 from mcnlab.errors import ArgumentError, SilhouetteError, TableError
@@ -71,8 +71,8 @@ def record_at_angles(
         Metres ahead of the camera in mid-walk.
     n_frames : int, optional
         At most so many frames, 25 a second, as far as the body is wholly in view.
-    view : View, optional
-        Default: one like CASIA A's.
+    view : Camera, optional
+        Default: `synthetic.walkers.CASIA_VIEW`.
 
     Returns
     -------
@@ -93,8 +93,8 @@ def record_at_angles(
     angles = [require_number("angles", angle, low=0, high=90, unit="degrees") for angle in angles]
     if not angles or len(set(angles)) != len(angles) or not noises:
         raise ArgumentError("angles or noises are empty or repeat; pass each angle once.")
-    if view is not None and not isinstance(view, View):
-        raise ArgumentError(f"view is {view!r}; pass a View.")
+    if view is not None and not isinstance(view, Camera):
+        raise ArgumentError(f"view is {view!r}; pass a Camera.")
     subjects = require_count("subjects", subjects, low=1)
     seed = require_count("seed", seed)
     ways = [(angle, turned) for angle in angles for turned in (angle, angle - 180)]

@@ -188,9 +188,14 @@ WHOLE = (
 def test_a_whole_calibration_is_a_camera(scratch):
     path = scratch("v.xml", WHOLE.format(0.005, 0.2))
     camera = read_tsai(path)
-    assert (camera.focal, camera.kappa, camera.centre) == (5, 0.001, (384, 288))
-    assert camera.turn @ camera.turn.T == pytest.approx(np.eye(3))
-    assert camera.place == pytest.approx(read_tsai_place(path))
+    # 5 mm over pixels of 0.005 mm; κ is 0.001/mm² and so 0.001·5² where the focal length is 1.
+    assert camera.intrinsics.tolist() == [[1000, 0, 384], [0, 1000, 288], [0, 0, 1]]
+    assert camera.distortion == pytest.approx(0.025)
+    assert (camera.frame_width, camera.frame_height) == (768, 576)
+    smaller = read_tsai(path, frame_width=480)
+    assert smaller.intrinsics.tolist() == [[625, 0, 240], [0, 625, 180], [0, 0, 1]]
+    assert (smaller.frame_width, smaller.frame_height) == (480, 360)
+    assert camera.centre == pytest.approx(read_tsai_place(path))
 
 
 @pytest.mark.parametrize("cells", [(0, 0), (-1, 0), ("nan", 0), ("far", 0), (0.005, "inf")])

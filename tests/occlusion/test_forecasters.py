@@ -61,10 +61,13 @@ def on_ground(x, ahead, speed, *, stature=1.7, square=None):
     square = square or Square(tilt=0.0, height=stature / 2)
 
     def walk(time):
-        far = ahead + speed * np.asarray(time)
-        column, feet, _ = square.project(x, 0.0, far)
-        height = feet - square.project(x, stature, far)[1]
-        return column, feet, 0.35 * height, height
+        right, far = np.broadcast_arrays(x, ahead + speed * np.asarray(time))
+        feet, head = (
+            np.moveaxis(square.camera.project(np.stack([right, far, up], axis=-1)), -1, 0)
+            for up in (0.0 * far, 0.0 * far + stature)
+        )
+        height = feet[1] - head[1]
+        return *feet, 0.35 * height, height
 
     return walk
 

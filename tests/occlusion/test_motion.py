@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcnlab.cameras.camera import Camera
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import motion as module
 from mcnlab.occlusion.motion import (
@@ -22,7 +21,7 @@ from mcnlab.occlusion.motion import (
     _doubt_of,
     move_straight,
 )
-from mcnlab.occlusion.pairs import Walkers, find_pairs
+from mcnlab.occlusion.pairs import Film, Walkers, find_pairs
 from mcnlab.regression import fit_lines
 from mcnlab.synthetic import crossings
 from mcnlab.synthetic.crossings import Square, make_crossings
@@ -30,7 +29,7 @@ from mcnlab.synthetic.crossings import Square, make_crossings
 FOCAL, MIDDLE, HORIZON = 800.0, 319.5, 240.0  # pixels
 STATURE, ABOVE, ASPECT = 1.7, 3.0, 0.4  # metres, metres of the camera, width over height
 TIMES = np.arange(1, 16) / 5
-CAMERA = Camera(25.0, 640, 480)
+CAMERA = Film(25.0, 640, 480)
 
 # Metres, and metres a second; within the three seconds nobody comes near the camera.
 places = st.tuples(st.floats(-4, 4), st.floats(9, 25))
@@ -376,7 +375,7 @@ def test_where_the_optical_axis_is_does_not_matter(seed, across, down):
 @given(seed=seeds)
 def test_neither_camera_nor_company_matters(seed):
     walkers = scatter(seed)
-    other = replace(walkers, camera=Camera(7.0, 10, 10))
+    other = replace(walkers, camera=Film(7.0, 10, 10))
     some = np.array([5, 0, 3])
     fewer = replace(
         walkers,

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from mcnlab.errors import ArgumentError, DatasetError
@@ -26,42 +25,6 @@ def steps_of(recording):
 
 
 # The camera
-
-
-def test_a_level_camera_sees_feet_and_head_where_geometry_puts_them():
-    square = Square(frame_width=640, frame_height=480, focal_length=800, height=3, tilt=0)
-    # 10 m ahead and 1 m to the right: 80 pixels a metre, from the middle at (319.5, 239.5).
-    assert square.project(1, 0, 10) == pytest.approx((399.5, 479.5, 10))
-    assert square.project(1, 1.8, 10) == pytest.approx((399.5, 335.5, 10))
-    assert square.project(-2, 3, 20)[:2] == pytest.approx((239.5, 239.5))
-
-
-def test_the_optical_axis_meets_the_ground_where_the_tilt_says():
-    square = Square(height=3, tilt=30)
-    # 3 m up and 30° down: the axis is 6 m long, and ends 6 cos 30° ahead.
-    assert square.project(0, 0, 6 * np.cos(np.pi / 6)) == pytest.approx((319.5, 239.5, 6))
-
-
-def test_the_horizon_is_above_the_middle_by_the_tilt():
-    square = Square(tilt=9)
-    row = square.project(0, 0, 1e9)[1]
-    assert row == pytest.approx(239.5 - 800 * np.tan(np.radians(9)), abs=1e-4)
-
-
-@given(x=metres, up=st.floats(0, 2), ahead=st.floats(1, 40), tilt=st.floats(-30, 60))
-def test_a_point_is_seen_along_its_ray(x, up, ahead, tilt):
-    square = Square(tilt=tilt)
-    turn = np.radians(tilt)
-    # Axes of the camera in metres right, up and ahead.
-    right, down, along = np.array(
-        [[1, 0, 0], [0, -np.cos(turn), -np.sin(turn)], [0, -np.sin(turn), np.cos(turn)]]
-    )
-    point = np.array([x, up - square.height, ahead])
-    column, row, depth = square.project(x, up, ahead)
-    assert depth == pytest.approx(point @ along, abs=1e-12)
-    if depth > 0.1:
-        assert (column - 319.5) * depth == pytest.approx(800 * point @ right, abs=1e-8)
-        assert (row - 239.5) * depth == pytest.approx(800 * point @ down, abs=1e-8)
 
 
 @pytest.mark.parametrize("factor", [0.5, 2, 3])
@@ -92,7 +55,8 @@ def test_a_larger_image_shows_the_same_people_larger(factor):
 def test_a_box_stands_where_the_walker_does_and_is_as_tall(tilt):
     square = Square(tilt=tilt, height=2.5 + tilt / 10)
     boxes = make_crossings(people=20, seconds=10, square=square, box_noise=0).boxes
-    column, feet, depth = square.project(boxes["world_x"], 0.0, boxes["world_y"])
+    places = boxes[["world_x", "world_y"]]
+    depth, (column, feet) = square.camera.depth(places), square.camera.project(places).T
     np.testing.assert_allclose(boxes["cx"], column, atol=1e-9)
     np.testing.assert_allclose(boxes["y"] + boxes["h"], feet, atol=1e-9)
     # With d the depth of the feet, a the distance ahead and c, s of the tilt, a body of U has
@@ -210,8 +174,7 @@ def test_everybody_is_ahead_of_the_camera():
     boxes = make_crossings(people=100, seconds=30, square=square).boxes
     assert (boxes["world_y"] < 0.4 * square.near).any()
     assert (boxes["world_y"] > 0.3 * square.near).all()
-    _, _, depth = square.project(0, 0, boxes["world_y"])
-    assert (depth > 0).all()
+    assert (square.camera.depth(boxes[["world_x", "world_y"]]) > 0).all()
 
 
 # The recording

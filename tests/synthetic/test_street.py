@@ -1,7 +1,5 @@
 """Two walks in one clock keep their boxes; their silhouettes are where the boxes are."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,11 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcnlab import tables
+from mcnlab.cameras.camera import Camera
 from mcnlab.datasets.mirror import add_mirrored
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.occlusion.composites import compose, compose_masks, start_frames
-from mcnlab.synthetic.street import STREET, make_street
+from mcnlab.synthetic.street import make_street
 from mcnlab.synthetic.walkers import make_walks
 
 shifts = st.integers(-30, 30)
@@ -157,7 +156,10 @@ def test_only_dawdlers_are_slow_in_the_picture():
 
 
 def test_from_above_the_same_people_walk():
-    street, mast = make_street(), make_street(view=replace(STREET, height=6.0, tilt=20.0))
+    above = Camera.from_tilt(
+        focal_length=450, height=6.0, tilt=20.0, frame_width=960, frame_height=540
+    )
+    street, mast = make_street(), make_street(view=above)
     assert mast.recording.sequences == street.recording.sequences
     assert mast.recording.directions.equals(street.recording.directions)
     far, near = (mast.recording.sequence(name)["cy"].mean() for name in ("dawdler-1", "s01-d3"))

@@ -5,12 +5,11 @@ import pandas as pd
 import pytest
 
 from mcnlab import statistics
-from mcnlab.cameras.camera import View
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError
 from mcnlab.synthetic.noise import SegmentationNoise
 from mcnlab.synthetic.shifts import make_motion
-from mcnlab.synthetic.walkers import make_walks
+from mcnlab.synthetic.walkers import CASIA_VIEW, make_walks
 from mcnlab.vision import flow
 from mcnlab.vision.evaluation import flow_errors, judge_traces
 from mcnlab.walking import heading
@@ -37,7 +36,7 @@ def walked():
             table.assign(sequence=table["sequence"] + f"@{seed}", subject=f"subject {seed}")
         )
         headings |= {f"{walk.name}@{seed}": walk.heading for walk in walks}
-    view = View()
+    view = CASIA_VIEW
     recording = Recording(
         "synthetic", pd.concat(boxes, ignore_index=True), 25, view.frame_width, view.frame_height
     )
@@ -46,7 +45,7 @@ def walked():
 
 def test_the_interval_of_a_walk_holds_the_heading_95_times_in_100(walked):
     recording, true = walked
-    headings = heading.measure_headings(recording, focal_length=View().focal_length)
+    headings = heading.measure_headings(recording, focal_length=CASIA_VIEW.focal_length)
     truth = headings["sequence"].map(true).to_numpy()
     held = calibration(headings, truth, levels=[0.95])[0]
     assert held.n == 640
@@ -56,7 +55,9 @@ def test_the_interval_of_a_walk_holds_the_heading_95_times_in_100(walked):
 @pytest.mark.parametrize("window", [25, 12])
 def test_the_interval_of_a_window_is_not_too_narrow(walked, window):
     recording, true = walked
-    headings = heading.measure_headings(recording, focal_length=View().focal_length, window=window)
+    headings = heading.measure_headings(
+        recording, focal_length=CASIA_VIEW.focal_length, window=window
+    )
     truth = headings["sequence"].map(true).to_numpy()
     held = calibration(headings, truth, levels=[0.95])[0]
     # Windows of one walk share its gait, and the shorter ones err on the careful side.

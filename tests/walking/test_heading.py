@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcnlab.cameras.horizon import Camera, estimate_camera, estimate_cameras
+from mcnlab.cameras.horizon import Sighting, estimate_camera, estimate_cameras
 from mcnlab.compass import DIRECTIONS, heading_of, turn_between
 from mcnlab.datasets.mirror import SUFFIX, add_mirrored
 from mcnlab.datasets.recording import Recording
@@ -149,7 +149,7 @@ def test_the_correction_for_feet_turns_a_stick_by_little(heading):
 
 
 def test_a_high_camera_that_is_known_gives_headings_within_the_sticks_own_depth(sticks, crowd):
-    known = Camera(1190.0, 768, 576, HIGH.horizon, 4.0, 3.5)
+    known = Sighting(1190.0, 768, 576, HIGH.horizon, 4.0, 3.5)
     found = measure_headings(
         crowd, focal_length=1190.0, cameras=dict.fromkeys(crowd.sequences, known)
     )
@@ -322,7 +322,7 @@ def test_counting_frames_from_elsewhere_changes_nothing(crowd, seed, first):
 
 def test_a_walk_is_measured_alike_alone_and_in_company(crowd):
     boxes = noisy(crowd, 3)
-    known = Camera(1190.0, 768, 576, HIGH.horizon, 4.0, 3.5)
+    known = Sighting(1190.0, 768, 576, HIGH.horizon, 4.0, 3.5)
     cameras = dict.fromkeys(crowd.sequences, known)
     # A walk of enormous boxes must not change what counts as an outlier elsewhere.
     giant = boxes[boxes["sequence"] == "walk-0"].assign(sequence="giant")
@@ -392,7 +392,7 @@ def test_a_senseless_focal_length_is_refused(crowd, make_boxes, focal_length):
         lambda: measure_headings(crowd, focal_length=focal_length),
         lambda: estimate_cameras(crowd, focal_length=focal_length),
         lambda: estimate_camera(make_boxes(), focal_length=focal_length, **size),
-        lambda: Camera(focal_length, 352, 240),
+        lambda: Sighting(focal_length, 352, 240),
     ):
         with pytest.raises(ArgumentError, match="focal_length"):
             measure()
