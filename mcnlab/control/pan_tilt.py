@@ -79,7 +79,7 @@ class PanTilt:
 
 
 @dataclass(frozen=True, eq=False)
-class Watch:
+class Log:
     """What the cameras did.
 
     Attributes
@@ -210,7 +210,7 @@ def simulate(
 
     Returns
     -------
-    Watch
+    Log
 
     Raises
     ------
@@ -282,7 +282,7 @@ def simulate(
         state[mine] = np.where(ready, late, STATES.index("waking"))
         in_view[chosen] |= ready & seen
         camera_of[mine] = chosen
-    return Watch(
+    return Log(
         cameras,
         frame_rate,
         square_within,
@@ -367,7 +367,7 @@ def _assign(possible, off_square):
 
 
 def _camera_table(first, pans, rates, rows_of, bearing, needed, walk):
-    """`Watch.table`."""
+    """`Log.table`."""
     count, number = rows_of.shape
     camera = np.tile(np.arange(number), count)
     row, pan = rows_of.ravel(), pans.ravel()
@@ -398,7 +398,7 @@ def slaves_at(cameras, *, model, field_of_view=30.0, pan_limit=90.0):
     ----------
     cameras : pandas.DataFrame
         ``x, y``.
-    model : coverage.CameraModel
+    model : CameraModel
         How near and how far they see.
     field_of_view : float, optional
         Degrees.
