@@ -11,11 +11,13 @@ R. Tsai, "A versatile camera calibration technique", IEEE J. Robotics and Automa
 1987.
 """
 
+from collections.abc import Sized
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mcnlab.checks import HAIR, MOST_FAR, require_count, require_number
+from mcnlab.checks import HAIR, MOST_FAR, require_array, require_count, require_kind, require_number
 from mcnlab.errors import ArgumentError
 
 MAP_PIXELS = 8  # map pixels along a cell's side (thesis sections 2.2.1 and 2.3)
@@ -34,6 +36,19 @@ class GridMap:
         Row 0 is the lowest, column 0 the leftmost.
     cell : float
         Metres along a cell's side.
+
+    Raises
+    ------
+    ArgumentError
+        When a number is out of range, or there are more than 25 million cells.
+
+    Examples
+    --------
+    >>> grid = GridMap.over((0, 0, 6, 4), cell=0.5)
+    >>> grid.shape
+    (8, 12)
+    >>> grid.inside([1.0, 7.0], [1.0, 1.0]).tolist()
+    [True, False]
     """
 
     left: float
@@ -42,7 +57,7 @@ class GridMap:
     columns: int
     cell: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_number("left", self.left, unit="metres")
         require_number("bottom", self.bottom, unit="metres")
         require_count("rows", self.rows, low=1)
@@ -55,7 +70,7 @@ class GridMap:
             )
 
     @classmethod
-    def over(cls, area, *, cell=0.5):
+    def over(cls, area: ArrayLike, *, cell: float = 0.5) -> "GridMap":
         """The grid that covers an area.
 
         Parameters
@@ -75,28 +90,28 @@ class GridMap:
         return cls(left, bottom, rows, columns, cell)
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return self.rows, self.columns
 
     @property
-    def area(self):
+    def area(self) -> tuple[float, float, float, float]:
         """Left, bottom, right, top, metres."""
         right = self.left + self.columns * self.cell
         return self.left, self.bottom, right, self.bottom + self.rows * self.cell
 
     @property
-    def pixel(self):
+    def pixel(self) -> float:
         """Metres along a map pixel's side."""
         return self.cell / MAP_PIXELS
 
-    def inside(self, x, y):
+    def inside(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
         """Whether each point lies on the map."""
         left, bottom, right, top = self.area
         x, y = np.asarray(x, float), np.asarray(y, float)
         return (x >= left) & (x < right) & (y >= bottom) & (y < top)
 
-    def cell_of(self, x, y):
+    def cell_of(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """The row and column of each point.
 
         Raises
@@ -113,35 +128,29 @@ class GridMap:
         column = np.floor((np.asarray(x, float) - self.left) / self.cell).astype(int)
         return np.minimum(row, self.rows - 1), np.minimum(column, self.columns - 1)
 
-    def place_of(self, row, column):
+    def place_of(self, row: ArrayLike, column: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """The x and y of cells' centres, metres."""
         x = self.left + (np.asarray(column) + 0.5) * self.cell
         y = self.bottom + (np.asarray(row) + 0.5) * self.cell
         return x, y
 
-    def centres(self):
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
         """The cells' centres: x of each column, y of each row, metres."""
         x, _ = self.place_of(0, np.arange(self.columns))
         _, y = self.place_of(np.arange(self.rows), 0)
         return x, y
 
 
-def check_area(area, *, argument="area"):
+def check_area(area: ArrayLike, *, argument: str = "area") -> tuple[float, float, float, float]:
     """Return left, bottom, right, top as floats, or raise `ArgumentError`."""
-    try:
-        left, bottom, right, top = (float(value) for value in area)
-    except (TypeError, ValueError) as fault:
-        raise ArgumentError(
-            f"{argument} is {area!r}; pass left, bottom, right, top in metres."
-        ) from fault
-    if not np.isfinite([left, bottom, right, top]).all() or right <= left or top <= bottom:
-        raise ArgumentError(
-            f"{argument} is {area!r}; pass finite left < right and bottom < top in metres."
-        )
+    remedy = "finite left < right and bottom < top in metres"
+    left, bottom, right, top = require_array(argument, area, (4,), remedy=remedy).tolist()
+    if right <= left or top <= bottom:
+        raise ArgumentError(f"{argument} is {area!r}; pass {remedy}.")
     return left, bottom, right, top
 
 
-def check_walls(walls, *, argument="walls"):
+def check_walls(walls: ArrayLike | None, *, argument: str = "walls") -> np.ndarray:
     """Return walls as floats of shape (k, 2, 2), or raise `ArgumentError`.
 
     Parameters
@@ -151,28 +160,12 @@ def check_walls(walls, *, argument="walls"):
     argument : str, optional
         The argument's name, for the message.
     """
-    try:
-        walls = np.asarray(() if walls is None else walls, dtype=float)
-    except (TypeError, ValueError) as fault:
-        raise ArgumentError(
-            f"{argument} are not numbers ({fault}); pass the two ends of each, shape (k, 2, 2)."
-        ) from fault
-    walls = walls.reshape(0, 2, 2) if walls.size == 0 else walls
-    if walls.shape[1:] != (2, 2):
-        raise ArgumentError(
-            f"{argument} has the shape {walls.shape}; pass the two ends of each, shape (k, 2, 2)."
-        )
-    sound = (np.abs(walls) <= MOST_FAR).all(axis=(1, 2))  # not so for NaN
-    if not sound.all():
-        row = int(np.flatnonzero(~sound)[0])
-        raise ArgumentError(f"{argument} row {row} is not finite, or beyond any place; mend it.")
-    return walls
+    if walls is None or (isinstance(walls, Sized) and len(walls) == 0):
+        return np.empty((0, 2, 2))
+    remedy = "the two ends of each, finite metres, shape (k, 2, 2)"
+    return require_array(argument, walls, (None, 2, 2), low=-MOST_FAR, high=MOST_FAR, remedy=remedy)
 
 
-def check_grid(grid, *, argument="grid"):
+def check_grid(grid: GridMap, *, argument: str = "grid") -> GridMap:
     """Return `grid` when it is a `GridMap`, or raise `ArgumentError`."""
-    if not isinstance(grid, GridMap):
-        raise ArgumentError(
-            f"{argument} is a {type(grid).__name__}; pass a GridMap, as from GridMap.over."
-        )
-    return grid
+    return require_kind(argument, grid, GridMap, "a GridMap, as from GridMap.over")

@@ -3,10 +3,18 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.cameras.floor import check_walls
-from mcnlab.checks import HAIR, require_number, require_points
-from mcnlab.errors import ArgumentError
+from mcnlab.checks import (
+    HAIR,
+    require_array,
+    require_choice,
+    require_kind,
+    require_number,
+    require_points,
+)
 from mcnlab.tables import COURSE, HEADING, X, Y, check_columns
 
 BLOCK = 2_000_000  # numbers in a block of pairs, so that memory stays bounded
@@ -26,6 +34,16 @@ class CameraModel:
         It turns to whoever walks (PTZ, section 2.2.5): sees all around.
     square_within : float
         Degrees that the line of sight may be off the perpendicular to a course.
+
+    Raises
+    ------
+    ArgumentError
+        When a number is out of range.
+
+    Examples
+    --------
+    >>> CameraModel(reach=8.0, pans=True)
+    CameraModel(field_of_view=60.0, near=1.0, reach=8.0, pans=True, square_within=15.0)
     """
 
     field_of_view: float = 60.0
@@ -34,16 +52,17 @@ class CameraModel:
     pans: bool = False
     square_within: float = 15.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_number("field_of_view", self.field_of_view, above=0, high=360, unit="degrees")
         require_number("near", self.near, low=0, unit="metres")
         require_number("reach", self.reach, above=self.near, unit="metres, beyond near")
         require_number("square_within", self.square_within, above=0, high=90, unit="degrees")
-        if not isinstance(self.pans, bool | np.bool_):
-            raise ArgumentError(f"pans is {self.pans!r}; pass True or False.")
+        require_choice("pans", self.pans, (True, False))
 
 
-def sees(points, cameras, model, *, walls=None):
+def sees(
+    points: ArrayLike, cameras: pd.DataFrame, model: CameraModel, *, walls: ArrayLike | None = None
+) -> np.ndarray:
     """Which camera sees which point of the ground.
 
     A wall blocks where the line of sight crosses it; its ends belong to it.  A camera or
@@ -71,7 +90,13 @@ def sees(points, cameras, model, *, walls=None):
     return _look(require_points("points", points), None, cameras, model, walls)
 
 
-def square_on(targets, cameras, model, *, walls=None):
+def square_on(
+    targets: pd.DataFrame,
+    cameras: pd.DataFrame,
+    model: CameraModel,
+    *,
+    walls: ArrayLike | None = None,
+) -> np.ndarray:
     """Which camera serves which walker-second: sees it, and nearly from the side.
 
     Parameters
@@ -92,11 +117,11 @@ def square_on(targets, cameras, model, *, walls=None):
     """
     check_columns(targets, (X, Y, COURSE), argument="targets")
     points = require_points("targets", targets[[X, Y]].to_numpy())
-    course = require_points("targets", targets[[COURSE, COURSE]].to_numpy())[:, 0]
+    course = require_array("targets", targets[COURSE], (None,))
     return _look(points, np.deg2rad(course), cameras, model, walls)
 
 
-def within_reach(away, near, reach):
+def within_reach(away: ArrayLike, near: ArrayLike, reach: ArrayLike) -> np.ndarray:
     """Whether what is `away`, metres, is neither too near a camera nor too far; never right above.
 
     Parameters
@@ -114,7 +139,7 @@ def within_reach(away, near, reach):
 
 def _look(points, course, cameras, model, walls):
     """What `sees` and `square_on` share; `course` is radians or None."""
-    _check_model(model)
+    require_kind("model", model, CameraModel, "a CameraModel")
     needed = (X, Y) if model.pans else (X, Y, HEADING)
     check_columns(cameras, needed, argument="cameras")
     spots = require_points("cameras", cameras[[X, Y]].to_numpy())
@@ -126,8 +151,8 @@ def _look(points, course, cameras, model, walls):
     places, place = np.unique(spots - middle, axis=0, return_inverse=True)
     place = place.ravel()
     if not model.pans:
-        turn = require_points("cameras", cameras[[HEADING, HEADING]].to_numpy())[:, 0]
-        ahead = np.stack([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))])
+        heading = np.deg2rad(require_array("cameras", cameras[HEADING], (None,)))
+        ahead = np.stack([np.cos(heading), np.sin(heading)])
         edge = np.cos(np.deg2rad(model.field_of_view / 2))
     hair = HAIR * model.reach
     out = np.empty((len(points), len(spots)), dtype=bool)
@@ -138,9 +163,8 @@ def _look(points, course, cameras, model, walls):
         away = np.hypot(to[..., 0], to[..., 1])
         seen = within_reach(away, model.near, model.reach)
         if course is not None:
-            along = to[..., 0] * np.cos(course[rows, None]) + to[..., 1] * np.sin(
-                course[rows, None]
-            )
+            turn = course[rows, None]
+            along = to[..., 0] * np.cos(turn) + to[..., 1] * np.sin(turn)
             seen &= np.abs(along) <= np.sin(np.deg2rad(model.square_within)) * away + hair
         _hide(seen, points[rows], places, walls)
         out[rows] = seen[:, place]
@@ -166,8 +190,3 @@ def _side(start, end, point):
     u, v = (point - start)[..., 0], (point - start)[..., 1]
     turn = x * v - y * u
     return np.where(np.abs(turn) <= HAIR * np.hypot(x, y), 0, np.sign(turn))
-
-
-def _check_model(model):
-    if not isinstance(model, CameraModel):
-        raise ArgumentError(f"model is a {type(model).__name__}; pass a CameraModel.")

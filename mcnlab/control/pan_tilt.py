@@ -18,16 +18,18 @@ The assignment problem: H. W. Kuhn, The Hungarian method for the assignment prob
 Research Logistics Quarterly 2, 1955.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab import tables
 from mcnlab.cameras.visibility import CameraModel, sees, within_reach
-from mcnlab.checks import HAIR, require_number
+from mcnlab.checks import HAIR, MOST_FAR, require_number
 from mcnlab.errors import ArgumentError, TableError
 from mcnlab.tables import FRAME, TRACE, X, Y, check_columns
 
@@ -54,6 +56,11 @@ class PanTilt:
         Seconds from the call to the first picture; until then it does not turn.
     pan : float
         Where it looks at first, degrees.
+
+    Examples
+    --------
+    >>> PanTilt(0.0, 2.5, pan_limit=90.0).reach
+    12.0
     """
 
     x: float
@@ -65,11 +72,9 @@ class PanTilt:
     wake_time: float = 0.5
     pan: float = 0.0
 
-    def __post_init__(self):
-        for name in ("x", "y"):
-            require_number(
-                name, getattr(self, name), low=-tables.PIXEL_LIMIT, high=tables.PIXEL_LIMIT
-            )
+    def __post_init__(self) -> None:
+        require_number("x", self.x, low=-MOST_FAR, high=MOST_FAR, unit="metres")
+        require_number("y", self.y, low=-MOST_FAR, high=MOST_FAR, unit="metres")
         require_number("field_of_view", self.field_of_view, above=0, high=360, unit="degrees")
         require_number("near", self.near, low=0, unit="metres")
         require_number("reach", self.reach, above=self.near, unit="metres, beyond near")
@@ -105,20 +110,20 @@ class Log:
         perpendicular to the walker's course (90 where nobody watches).
     """
 
-    cameras: tuple
+    cameras: tuple[PanTilt, ...]
     frame_rate: float
     square_within: float
     table: pd.DataFrame
     walkers: pd.DataFrame
 
     @property
-    def awake_share(self):
-        """Series: the share of the time that each camera is awake, by its number."""
+    def awake_share(self) -> pd.Series:
+        """The share of the time that each camera is awake, by its number."""
         return self.table.groupby("camera")["awake"].mean()
 
     @property
-    def hand_overs(self):
-        """Series: how often each walker's camera changes; times without one count not."""
+    def hand_overs(self) -> pd.Series:
+        """How often each walker's camera changes; times without one count not."""
         had = self.walkers[self.walkers["camera"] >= 0]
         trace, camera = had[TRACE].to_numpy(dtype=object), had["camera"].to_numpy()
         changed = np.r_[False, (trace[1:] == trace[:-1]) & (camera[1:] != camera[:-1])][: len(had)]
@@ -126,7 +131,7 @@ class Log:
         return pd.Series(changed, dtype=int).groupby(trace).sum().reindex(names, fill_value=0)
 
     @cached_property
-    def summary(self):
+    def summary(self) -> pd.Series:
         """The whole in a few numbers.
 
         Returns
@@ -151,14 +156,9 @@ class Log:
         square = (state == "watched") & (
             self.walkers["off_square"].to_numpy() <= self.square_within * (1 + HAIR)
         )
-        shares = {
-            "watched_share": seconds["watched_s"],
-            "waking_share": seconds["waking_s"],
-            "turning_share": seconds["turning_s"],
-            "lagging_share": seconds["lagging_s"],
-            "lost_share": seconds["turning_s"] + seconds["lagging_s"],
-            "square_share": float(square.sum() / self.frame_rate),
-        }
+        shares = {f"{name}_share": seconds[f"{name}_s"] for name in STATES[:4]}
+        shares["lost_share"] = seconds["turning_s"] + seconds["lagging_s"]
+        shares["square_share"] = float(square.sum() / self.frame_rate)
         return pd.Series(
             {
                 "needed_median": float(np.median(needed)),
@@ -174,15 +174,15 @@ class Log:
 
 
 def simulate(
-    traces,
-    cameras,
+    traces: pd.DataFrame,
+    cameras: Iterable[PanTilt],
     *,
-    frame_rate,
-    square_within=15.0,
-    hysteresis=10.0,
-    look_back=LOOK_BACK,
-    walls=None,
-):
+    frame_rate: float,
+    square_within: float = 15.0,
+    hysteresis: float = 10.0,
+    look_back: float = LOOK_BACK,
+    walls: ArrayLike | None = None,
+) -> Log:
     """Let the overhead camera wake and turn the others.
 
     In every frame each camera watches one walker at most and each walker is watched by one
@@ -217,12 +217,20 @@ def simulate(
     TableError, ArgumentError
         When the traces are not sound or jump in time, there is no camera, or a number is
         out of range.
+
+    Examples
+    --------
+    A walker passes 5 m in front of a camera at 1.5 m/s; square-on it turns by 17° a second.
+
+    >>> import numpy as np, pandas as pd
+    >>> x = np.arange(-6, 6, 0.15)
+    >>> walk = pd.DataFrame({"trace": "a", "frame": np.arange(len(x)), "x": x, "y": 5.0})
+    >>> log = simulate(walk, [PanTilt(0.0, 0.0, pan=140.0)], frame_rate=10)
+    >>> log.summary[["needed_most", "watched_share"]].round(2).to_dict()
+    {'needed_most': 17.18, 'watched_share': 0.94}
     """
     tables.check_traces(traces)
-    try:
-        cameras = tuple(cameras)
-    except TypeError:
-        cameras = ()
+    cameras = tuple(cameras) if isinstance(cameras, Iterable) else ()
     if not cameras or not all(isinstance(camera, PanTilt) for camera in cameras):
         raise ArgumentError("cameras must be PanTilt cameras, one at least; pass a list of them.")
     frame_rate = require_number("frame_rate", frame_rate, above=0, unit="frames a second")
@@ -241,9 +249,8 @@ def simulate(
     walker = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(walk)]))
     places = traces[[X, Y]].to_numpy(float)
     bearing, possible = _look(places, cameras, walls)
-    off_square = _off_square(
-        _courses(places, walker, frame - first, look_back * frame_rate), bearing
-    )
+    course = _courses(places, walker, frame - first, look_back * frame_rate)
+    off_square = _off_square(course, bearing)
     needed = _bearing_rates(bearing, walker, frame, frame_rate)
 
     order = np.argsort(frame, kind="stable")
@@ -282,23 +289,16 @@ def simulate(
         state[mine] = np.where(ready, late, STATES.index("waking"))
         in_view[chosen] |= ready & seen
         camera_of[mine] = chosen
-    return Log(
-        cameras,
-        frame_rate,
-        square_within,
-        _camera_table(first, pans, turns * frame_rate, rows_of, bearing, needed, walk),
-        pd.DataFrame(
-            {
-                TRACE: walk,
-                FRAME: frame,
-                "camera": camera_of,
-                "state": np.array(STATES, dtype=object)[state],
-                "off_square": np.where(
-                    camera_of >= 0, off_square[np.arange(len(walk)), camera_of], 90.0
-                ),
-            }
-        ),
-    )
+    chosen_off = off_square[np.arange(len(walk)), camera_of]
+    walkers = {
+        TRACE: walk,
+        FRAME: frame,
+        "camera": camera_of,
+        "state": np.array(STATES, dtype=object)[state],
+        "off_square": np.where(camera_of >= 0, chosen_off, 90.0),
+    }
+    table = _camera_table(first, pans, turns * frame_rate, rows_of, bearing, needed, walk)
+    return Log(cameras, frame_rate, square_within, table, pd.DataFrame(walkers))
 
 
 def _look(places, cameras, walls):
@@ -391,8 +391,14 @@ def _wrap(angle):
     return (angle + 180.0) % 360.0 - 180.0
 
 
-def slaves_at(cameras, *, model, field_of_view=30.0, pan_limit=90.0):
-    """Panning cameras at chosen places, for `control.simulate`.
+def slaves_at(
+    cameras: pd.DataFrame,
+    *,
+    model: CameraModel,
+    field_of_view: float = 30.0,
+    pan_limit: float = 90.0,
+) -> list[PanTilt]:
+    """Panning cameras at chosen places, for `simulate`.
 
     Parameters
     ----------
@@ -404,6 +410,16 @@ def slaves_at(cameras, *, model, field_of_view=30.0, pan_limit=90.0):
         Degrees.
     pan_limit : float, optional
         Degrees a second.
+
+    Returns
+    -------
+    list of PanTilt
+        One a row of `cameras`.
+
+    Raises
+    ------
+    TableError, ArgumentError
+        When ``x`` or ``y`` is missing, or a number is out of range.
     """
     check_columns(cameras, (X, Y), argument="cameras")
     sees = {"near": model.near, "reach": model.reach}

@@ -400,7 +400,7 @@ def demands(site, variants):
         "control.corridor.lagging_share",
     ),
 )
-def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
+def master_and_slaves(log, limits, lost, *, seconds=(60, 180)):
     """Master and slaves.
 
     Which camera is awake when, how fast each must pan, and what a slower one loses.
@@ -411,7 +411,7 @@ def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
 
     Parameters
     ----------
-    watch : control.Watch
+    log : control.pan_tilt.Log
     limits, lost : array_like
         Pan limits (degrees a second), and the share of the watchable time lost at each.
     seconds : (float, float), optional
@@ -422,11 +422,11 @@ def master_and_slaves(watch, limits, lost, *, seconds=(60, 180)):
     top, left, right = (
         figure.add_subplot(grid[at]) for at in (np.s_[0, :], np.s_[1, 0], np.s_[1, 1])
     )
-    time = watch.table[FRAME] / watch.frame_rate
-    shown = watch.table[(time >= seconds[0]) & (time <= seconds[1])]
-    plot_timeline(shown, watch.frame_rate, cameras=len(watch.cameras), ax=top)
+    time = log.table[FRAME] / log.frame_rate
+    shown = log.table[(time >= seconds[0]) & (time <= seconds[1])]
+    plot_timeline(shown, log.frame_rate, cameras=len(log.cameras), ax=top)
     top.set(xlim=seconds, title="awake")
-    needed = np.abs(watch.table["needed"][watch.table["awake"]])
+    needed = np.abs(log.table["needed"][log.table["awake"]])
     left.hist(needed, bins=40, color=LOWER)
     left.set(xlabel="pan rate that the walker asks for (degrees a second)")
     left.set_yscale("log" if len(needed) else "linear")

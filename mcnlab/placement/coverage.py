@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from mcnlab.cameras.floor import GridMap
-from mcnlab.cameras.visibility import _check_model, square_on
-from mcnlab.checks import HAIR, require_count, require_number, require_points
+from mcnlab.cameras.visibility import CameraModel, square_on
+from mcnlab.checks import HAIR, require_count, require_kind, require_number, require_points
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.tables import (
@@ -148,7 +148,7 @@ def candidates(places, *, model, headings=8, forbidden=None):
     ArgumentError
         When an argument is out of range or every place is forbidden.
     """
-    _check_model(model)
+    require_kind("model", model, CameraModel, "a CameraModel")
     if isinstance(places, GridMap):
         shape = places.shape
         across, up = places.centres()

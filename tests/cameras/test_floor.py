@@ -28,7 +28,7 @@ def test_walls_come_back_as_segments():
         ([[["a", "b"], ["c", "d"]]], "no number|not numbers"),
         ("wall", "no number|not numbers"),
         ({"wall": 1}, "no number|not numbers"),
-        ([[[0, 0], [1, 2]], [[0, np.nan], [1, 2]]], "row 1 is not finite"),
+        ([[[0, 0], [1, 2]], [[0, np.nan], [1, 2]]], "nan in row 1"),
         ([[[0, 0], [np.inf, 2]]], "row 0"),
         ([[[0, 0], [1e300, 2]]], "row 0"),
     ],
