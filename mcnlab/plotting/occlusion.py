@@ -132,7 +132,7 @@ def plot_two_walkers(direction1, direction2, level1, level2, ax=None):
     ax = axes_or_new(ax)
     frame_axes(ax, FRAME_WIDTH, FRAME_HEIGHT)
     walkers = [
-        _made_up(x, y, direction, level)
+        made_walker(x, y, direction, level)
         for x, y, direction, level in zip(
             (0.34 * FRAME_WIDTH, 0.66 * FRAME_WIDTH),
             (0.47 * FRAME_HEIGHT, 0.53 * FRAME_HEIGHT),  # so that arrows do not cover each other
@@ -302,7 +302,7 @@ def _rule_legend(ax, rules, *, meanings=None):
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(rules))
 
 
-def _made_up(x, y, direction, level):
+def made_walker(x, y, direction, level):
     """A walker at a place who walks as its direction and speed level say."""
     pixels = PACES[int(level)] * FRAME_WIDTH
     angle = np.radians(heading_of(direction))

@@ -1,64 +1,68 @@
 """The panels of the benchmark: thresholds, what counts as a pair, and pairs one by one."""
 
+from collections.abc import Mapping
+from functools import cache
+
 import ipywidgets
 import numpy as np
 import traitlets
 
 from mcnlab.checks import require_count, require_number
 from mcnlab.compass import NAMES
+from mcnlab.datasets.recording import Recording
 from mcnlab.occlusion import scores
-from mcnlab.occlusion.benchmark import DEFAULT, METHODS
-from mcnlab.occlusion.forecasters import ConstantVelocity, Perspective, Thesis
-from mcnlab.occlusion.pairs import RULES, Rules, find_pairs
+from mcnlab.occlusion.benchmark import DEFAULT, METHODS, Judged
+from mcnlab.occlusion.forecasters import ConstantVelocity, Forecast, Perspective, Thesis
+from mcnlab.occlusion.pairs import RULES, Pairs, Rules, find_pairs
+from mcnlab.plotting import pairs as plots
 from mcnlab.plotting.benchmark import draw_curve, draw_point, frame_shares
-from mcnlab.plotting.pairs import (
-    follow_pair,
-    frame_story,
-    guess_boxes,
-    guess_cover,
-    pick_forecasts,
-    plot_cover,
-    plot_moment,
-)
 from mcnlab.plotting.style import FORECAST_COLOURS, INK, PALE
 from mcnlab.synthetic.crossings import make_crossings
 from mcnlab.walking.speed import NAMES as SPEED_NAMES
-from mcnlab.widgets.panel import LABEL_WIDTH, Panel, choices, decimal_slider, label, slider
+from mcnlab.widgets.panel import LABEL_WIDTH, Panel, choices, decimal_slider, menu, slider
 
 CROSSING_PEOPLE, CROSSING_SECONDS = 25, 15.0  # few enough to be judged anew at every move
 STEP = 0.1  # of the clock, seconds
 MOST = 300  # pairs that can be leafed through
-_MARGINS = {"left": 0.08, "bottom": 0.17, "top": 0.9}
+_TWO = {
+    "columns": 2,
+    "figsize": (9.5, 3.7),
+    "margins": {"left": 0.08, "bottom": 0.17, "top": 0.9},
+}
 _MARKS = {"constant-velocity": "◆", "perspective": "●"}  # as in the picture
 
 
-def threshold_panel(judged):
+def threshold_panel(judged: Judged) -> Panel:
     """A probability threshold on the precision-recall curve, and what the answers come to.
 
     Parameters
     ----------
-    judged : foresight.Judged
-    """
-    tables = {name: judged.of(name) for name in judged.recordings}
-    held = {}
+    judged : occlusion.benchmark.Judged
 
+    Examples
+    --------
+    >>> from mcnlab.occlusion import find_pairs, judge
+    >>> from mcnlab.occlusion.benchmark import compare
+    >>> from mcnlab.synthetic import make_crossings
+    >>> tables = [
+    ...     compare(find_pairs(make_crossings(people=12, seconds=8.0, seed=seed)), name=name)
+    ...     for seed, name in enumerate(["one", "two"])
+    ... ]
+    >>> panel = threshold_panel(judge(tables, draws=2))
+    >>> panel.controls["recording"].options
+    ('one', 'two')
+    """
+
+    @cache
     def curve_of(recording, method):
-        if (recording, method) not in held:
-            table = tables[recording]
-            probability = table[f"{method}.probability"].to_numpy()
-            held[recording, method] = (
-                table["occludes"].to_numpy(),
-                probability,
-                scores.curve_of(table["occludes"], probability),
-            )
-        return held[recording, method]
+        table = judged.of(recording)
+        occludes = table["occludes"].to_numpy()
+        probability = table[f"{method}.probability"].to_numpy()
+        return occludes, probability, scores.curve_of(occludes, probability)
 
     def draw(left, right, recording, method, threshold):
         occludes, probability, curve = curve_of(recording, method)
-        found = scores.count_answers(occludes, probability, threshold)
-        draw_curve(left, occludes, probability, method)
-        if found.precision is not None:
-            draw_point(left, found, method)
+        found = _score(left, occludes, probability, threshold, method)
         frame_shares(left)
         colour = FORECAST_COLOURS[method]
         for values, style in ((curve.precision, "--"), (curve.recall, ":"), (curve.f1, "-")):
@@ -80,19 +84,15 @@ def threshold_panel(judged):
     return Panel(
         draw,
         {
-            "recording": ipywidgets.Dropdown(
-                options=list(tables), **label("recording", width="500px")
-            ),
+            "recording": menu("recording", list(judged.recordings)),
             "method": choices("forecaster", METHODS, value=DEFAULT),
             "threshold": decimal_slider("threshold: yes from", 0.0, 1.0, 0.5, step=0.01),
         },
-        columns=2,
-        figsize=(9.5, 3.7),
-        margins=_MARGINS,
+        **_TWO,
     )
 
 
-def rules_panel(recording=None, *, threshold=0.5):
+def rules_panel(recording: Recording | None = None, *, threshold: float = 0.5) -> Panel:
     """What counts as a pair and as occlusion, and what it does to two forecasters.
 
     Parameters
@@ -101,20 +101,25 @@ def rules_panel(recording=None, *, threshold=0.5):
         A short one; a few synthetic people who cross a square if not given.
     threshold : float, optional
         Probability of a yes.
+
+    Examples
+    --------
+    >>> panel = rules_panel()
+    >>> {name: control.value for name, control in panel.controls.items()}
+    {'observed': 1.0, 'horizon': 3.0, 'cover': 0.3}
     """
     if recording is None:
         recording = make_crossings(people=CROSSING_PEOPLE, seconds=CROSSING_SECONDS)
     threshold = require_number("threshold", threshold, low=0, high=1)
 
-    def draw(left, right, observed, horizon, cover):
-        rules = Rules(observed=observed, horizon=horizon, cover=cover)
-        pairs = find_pairs(recording, rules=rules)
-        share = pairs.occludes.mean()
+    def draw(left, right, **rules):
+        pairs = find_pairs(recording, rules=Rules(**rules))
+        horizon = pairs.rules.horizon
         frame_shares(left)
         left.set_title(f"marks: yes from {threshold:g}", fontsize=10)
         right.set(xlabel="seconds until they occlude", ylabel="pairs", xlim=(0, horizon))
         right.set_title("black: all that occlude; dashed: found", fontsize=10)
-        counts = f"{len(pairs)} pairs, <b>{share:.1%}</b> occlude"
+        counts = f"{len(pairs)} pairs, <b>{pairs.occludes.mean():.1%}</b> occlude"
         if not pairs.occludes.any():
             return f"{counts}: nothing to foresee"
         said = []
@@ -124,10 +129,7 @@ def rules_panel(recording=None, *, threshold=0.5):
         for forecaster in (ConstantVelocity(), Perspective()):
             name = forecaster.name
             probability = forecaster.forecast(pairs).probability
-            found = scores.count_answers(pairs.occludes, probability, threshold)
-            draw_curve(left, pairs.occludes, probability, name)
-            if found.precision is not None:
-                draw_point(left, found, name)
+            found = _score(left, pairs.occludes, probability, threshold, name)
             hit = pairs.seconds[pairs.occludes & (probability >= threshold)]
             colour = FORECAST_COLOURS[name]
             _steps(right, edges, np.histogram(hit, edges)[0], colour, "--")
@@ -144,13 +146,18 @@ def rules_panel(recording=None, *, threshold=0.5):
             "horizon": decimal_slider("horizon (s)", 0.5, 5.0, RULES.horizon, step=0.5),
             "cover": decimal_slider("occludes: cover over", 0.05, 0.9, RULES.cover, step=0.05),
         },
-        columns=2,
-        figsize=(9.5, 3.7),
-        margins=_MARGINS,
+        **_TWO,
     )
 
 
-def pair_panel(recording, pairs, forecasts=None, *, thresholds=None, most=MOST):
+def pair_panel(
+    recording: Recording,
+    pairs: Pairs,
+    forecasts: dict[str, Forecast] | None = None,
+    *,
+    thresholds: Mapping[str, float] | None = None,
+    most: int = MOST,
+) -> Panel:
     """Leaf through pairs and walk the clock on: what happens, and what was foreseen.
 
     Those that occlude or are said to come first, of these the ones near the camera.
@@ -159,9 +166,10 @@ def pair_panel(recording, pairs, forecasts=None, *, thresholds=None, most=MOST):
     ----------
     recording : Recording
         That the pairs are from.
-    pairs : pairs.Pairs
+    pairs : occlusion.pairs.Pairs
     forecasts : dict, optional
-        Method → `prediction.Forecast` of all pairs; those that learn nothing if not given.
+        Method → `occlusion.forecasters.Forecast` of all pairs; of those that learn nothing
+        if not given.
     thresholds : mapping, optional
         Method → threshold of a yes; 1/2 if not given.
     most : int, optional
@@ -171,42 +179,46 @@ def pair_panel(recording, pairs, forecasts=None, *, thresholds=None, most=MOST):
     ------
     ArgumentError
         When the recording is another one, or a forecast is of other pairs.
+
+    Examples
+    --------
+    >>> from mcnlab.occlusion import find_pairs
+    >>> from mcnlab.synthetic import make_crossings
+    >>> square = make_crossings(people=20, seconds=12.0, seed=3)
+    >>> panel = pair_panel(square, find_pairs(square), most=5)
+    >>> panel.controls["place"].max
+    5
     """
     thesis = Thesis()
     if forecasts is None:
         forecasts = {
             one.name: one.forecast(pairs) for one in (thesis, ConstantVelocity(), Perspective())
         }
-    follow_pair(recording, pairs, 0)
-    pick_forecasts(pairs, 0, forecasts)
+    plots.follow_pair(recording, pairs, 0)
+    plots.pick_forecasts(pairs, 0, forecasts)
     order = interesting(pairs, forecasts)[: require_count("most", most, low=1)]
     asked = thesis.explain(pairs)[1]
     times = pairs.rules.horizon * np.arange(1, 31) / 30
     size = (recording.frame_width, recording.frame_height)
-    known = {}
 
+    @cache
     def story_of(number):
-        if number not in known:
-            said = pick_forecasts(pairs, number, forecasts)
-            covers = guess_cover(pairs, number, times, said)
-            known[number] = (
-                follow_pair(recording, pairs, number),
-                said,
-                {method: (times, cover) for method, cover in covers.items()},
-            )
-        return known[number]
+        said = plots.pick_forecasts(pairs, number, forecasts)
+        covers = plots.guess_cover(pairs, number, times, said)
+        covers = {method: (times, cover) for method, cover in covers.items()}
+        return plots.follow_pair(recording, pairs, number), said, covers
 
     def draw(left, right, place, seconds):
         number = int(order[place - 1])
         story, said, covers = story_of(number)
         guesses, places = {}, {}
         if seconds > 0:
-            boxes = guess_boxes(pairs, number, [seconds], said)
+            boxes = plots.guess_boxes(pairs, number, [seconds], said)
             guesses = {method: two[0] for method, two in boxes.items()}
             places = {method: (x, y) for method, (_, _, x, y) in said.items()}
-        plot_moment(story, seconds, guesses=guesses, places=places, ax=left)
-        frame_story(left, story, shape=0.8, frame=size)
-        plot_cover(
+        plots.plot_moment(story, seconds, guesses=guesses, places=places, ax=left)
+        plots.frame_story(left, story, shape=0.8, frame=size)
+        plots.plot_cover(
             story,
             pairs.rules.cover,
             guesses=covers,
@@ -229,14 +241,14 @@ def pair_panel(recording, pairs, forecasts=None, *, thresholds=None, most=MOST):
     return panel
 
 
-def interesting(pairs, forecasts):
+def interesting(pairs: Pairs, forecasts: dict[str, Forecast]) -> np.ndarray:
     """Pairs in the order of interest: those that occlude or are said to first, near ones first.
 
     Parameters
     ----------
-    pairs : pairs.Pairs
+    pairs : occlusion.pairs.Pairs
     forecasts : dict
-        Method → `prediction.Forecast`; the last one's word counts.
+        Method → `occlusion.forecasters.Forecast`; the last one's word counts.
 
     Returns
     -------
@@ -283,6 +295,15 @@ def _tell(pairs, number, story, asked):
         f"frame {pairs.frame[number]}, walkers {one} (solid) and {two} (dashed): they "
         f"{happens}; the thesis's tables are asked of {tables}"
     )
+
+
+def _score(ax, occludes, probability, threshold, method):
+    """How often a forecaster is right, drawn and counted."""
+    found = scores.count_answers(occludes, probability, threshold)
+    draw_curve(ax, occludes, probability, method)
+    if found.precision is not None:
+        draw_point(ax, found, method)
+    return found
 
 
 def _steps(ax, edges, counts, colour, style):

@@ -6,7 +6,9 @@ without flicker.
 
 import base64
 import threading
+from collections.abc import Callable, Collection
 from functools import partial
+from typing import Any
 
 import cv2
 import ipywidgets
@@ -19,6 +21,7 @@ from mcnlab.cameras.floor import GridMap
 from mcnlab.errors import McnError
 
 LABEL_WIDTH = 150  # pixels
+FORBIDDEN = "no camera may stand here:"
 
 
 class Panel(ipywidgets.VBox):
@@ -47,7 +50,16 @@ class Panel(ipywidgets.VBox):
     controls : dict
     """
 
-    def __init__(self, draw, controls, *, columns=1, figsize=(8, 3.6), solid=(), margins=None):
+    def __init__(
+        self,
+        draw: Callable[..., str],
+        controls: dict[str, ipywidgets.Widget],
+        *,
+        columns: int = 1,
+        figsize: tuple[float, float] = (8, 3.6),
+        solid: tuple[int, ...] = (),
+        margins: dict[str, float] | None = None,
+    ):
         self.draw = draw
         self.controls = controls
         self.picture = ipywidgets.Image(
@@ -117,9 +129,9 @@ class CellPicker(ipywidgets.VBox):
     ----------
     area : tuple of float
         Left, bottom, right, top, metres.
-    block : float
-        Metres along a block's side.
-    text : str
+    block : float, optional
+        Metres along a block's side; a sixteenth of the area's longer side if not given.
+    text : str, optional
         What is chosen.
 
     Attributes
@@ -130,8 +142,9 @@ class CellPicker(ipywidgets.VBox):
 
     value = traitlets.Tuple()
 
-    def __init__(self, area, *, block, text):
-        self.map = GridMap.over(area, cell=block)
+    def __init__(self, area: tuple, *, block: float | None = None, text: str = FORBIDDEN):
+        left, bottom, right, top = area
+        self.map = GridMap.over(area, cell=block or max(right - left, top - bottom) / 16)
         self._buttons = {
             (row, column): ipywidgets.ToggleButton(
                 tooltip=f"x {x:.1f} m, y {y:.1f} m",
@@ -150,7 +163,7 @@ class CellPicker(ipywidgets.VBox):
         super().__init__([ipywidgets.HTML(text), *lines])
         self.observe(self._show, names="value")
 
-    def cells(self, grid):
+    def cells(self, grid: GridMap) -> np.ndarray:
         """Which cells of a grid lie in chosen blocks, shape (rows, columns)."""
         chosen = np.zeros(self.map.shape, bool)
         for row, column in self.value:
@@ -170,20 +183,36 @@ class CellPicker(ipywidgets.VBox):
             button.value = cell in change["new"]
 
 
-def slider(text, low, high, value, *, step=1):
+def slider(text: str, low: int, high: int, value: int, *, step: int = 1) -> ipywidgets.IntSlider:
     """A slider over whole numbers."""
-    return ipywidgets.IntSlider(
-        value=value, min=low, max=high, step=step, **label(text, width="500px")
-    )
+    return ipywidgets.IntSlider(value=value, min=low, max=high, step=step, **label(text))
 
 
-def choices(text, options, *, value=None):
+def decimal_slider(
+    text: str, low: float, high: float, value: float, *, step: float
+) -> ipywidgets.FloatSlider:
+    """A slider over decimal numbers."""
+    return ipywidgets.FloatSlider(value=value, min=low, max=high, step=step, **label(text))
+
+
+def menu(text: str, options: Collection) -> ipywidgets.Dropdown:
+    """A list that folds out; its first is chosen."""
+    return ipywidgets.Dropdown(options=options, **label(text))
+
+
+def choices(text: str, options: Collection, *, value: Any = None) -> ipywidgets.ToggleButtons:
     """Buttons of which one is pressed; the first if no value is given."""
     style = {"button_width": "auto"}
     held = ipywidgets.ToggleButtons(options=options, description=text, style=style)
     if value is not None:
         held.value = value
     return held
+
+
+def label(text: str) -> dict[str, Any]:
+    """What a control says of itself, and how wide both are."""
+    style = {"description_width": f"{LABEL_WIDTH}px"}
+    return {"description": text, "style": style, "layout": {"width": "500px"}}
 
 
 def _in_line(control):
@@ -197,16 +226,3 @@ def _in_line(control):
     said = ipywidgets.Label(control.description, layout={**room, "justify_content": "flex-end"})
     control.description = ""
     return ipywidgets.HBox([said, control])
-
-
-def label(text, *, width="auto"):
-    """What a control says of itself, and how wide it is."""
-    style = {"description_width": f"{LABEL_WIDTH}px"}
-    return {"description": text, "style": style, "layout": {"width": width}}
-
-
-def decimal_slider(text, low, high, value, *, step):
-    """A slider over decimal numbers."""
-    return ipywidgets.FloatSlider(
-        value=value, min=low, max=high, step=step, **label(text, width="500px")
-    )

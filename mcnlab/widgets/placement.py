@@ -1,21 +1,18 @@
 """The panels of chapter 2: from a video seen from above to camera places."""
 
+from functools import cache, lru_cache
+
 import ipywidgets
 import numpy as np
 
 from mcnlab.cameras.floor import GridMap
 from mcnlab.cameras.visibility import CameraModel
+from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.placement import draw_cells
 from mcnlab.placement import cells, votes
 from mcnlab.placement.site import choose_cameras, grid_over, judge_cameras, no_floor, prepare_site
-from mcnlab.plotting.placement import (
-    plot_cameras,
-    plot_forbidden,
-    plot_ground,
-    plot_mesh,
-    plot_served,
-)
+from mcnlab.plotting import placement as plots
 from mcnlab.plotting.style import UPPER
 from mcnlab.tables import X, Y
 from mcnlab.widgets.panel import CellPicker, Panel, choices, decimal_slider, slider
@@ -23,38 +20,41 @@ from mcnlab.widgets.panel import CellPicker, Panel, choices, decimal_slider, sli
 PATIENCE = 2.0  # s; a proof that takes longer is cut short, and the bound says so
 
 
-def vote_panel(scene):
+def vote_panel(scene: Scene) -> Panel:
     """Cell size, chaos rule, cameras and forbidden cells; the mesh and the plan follow.
 
     Parameters
     ----------
     scene : Scene
-    """
-    left, bottom, right, top = scene.area
-    picker = CellPicker(
-        scene.area, block=max(right - left, top - bottom) / 16, text="no camera may stand here:"
-    )
-    held = {}
 
-    def draw(mesh, plan, cell, chaos_ratio, least_traces, n, forbidden):
-        if cell not in held:
-            grid = GridMap.over(scene.area, cell=cell)
-            held[cell] = grid, cells.orientations(scene.traces, grid)
-        grid, angles = held[cell]
+    Examples
+    --------
+    >>> from mcnlab.synthetic import make_corridor
+    >>> panel = vote_panel(make_corridor(walkers=30, seed=1))
+    >>> panel.controls["n"].value
+    2
+    """
+    picker = CellPicker(scene.area)
+
+    @cache
+    def angles_by(cell):
+        grid = GridMap.over(scene.area, cell=cell)
+        return grid, cells.orientations(scene.traces, grid)
+
+    def draw(mesh, plan, cell, forbidden, **rules):
+        grid, angles = angles_by(cell)
         barred = picker.cells(grid)
         placed = votes.place_by_votes(
             scene.traces,
             grid,
-            n=n,
-            chaos_ratio=chaos_ratio,
-            least_traces=least_traces,
             forbidden=barred | no_floor(scene, grid),
             angles=angles,
+            **rules,
         )
-        plot_mesh(grid, placed.votes, most=24, ax=mesh)
-        plot_ground(grid.area, walls=scene.walls, ax=plan)
+        plots.plot_mesh(grid, placed.votes, most=24, ax=mesh)
+        plots.plot_ground(grid.area, walls=scene.walls, ax=plan)
         draw_cells(grid, placed.cells, ax=plan)
-        plot_forbidden(grid, barred, ax=plan)
+        plots.plot_forbidden(grid, barred, ax=plan)
         plan.plot(placed.places[X], placed.places[Y], "^", ms=11, color=UPPER, mec="white")
         counts = np.bincount(placed.cells.kind.ravel(), minlength=3)
         return (
@@ -81,37 +81,42 @@ def vote_panel(scene):
     )
 
 
-def choice_panel(scene, *, model):
+def choice_panel(scene: Scene, *, model: CameraModel) -> Panel:
     """Number of cameras, what each can see, and where none may stand; the plan follows.
 
     Parameters
     ----------
     scene : Scene
-    model : coverage.CameraModel
+    model : cameras.CameraModel
         To begin with.
+
+    Examples
+    --------
+    >>> from mcnlab.cameras import CameraModel
+    >>> from mcnlab.synthetic import make_corridor
+    >>> panel = choice_panel(make_corridor(walkers=5), model=CameraModel(pans=True))
+    >>> panel.controls["field_of_view"].disabled  # a camera that pans looks everywhere
+    True
     """
-    left, bottom, right, top = scene.area
-    picker = CellPicker(
-        scene.area, block=max(right - left, top - bottom) / 16, text="no camera may stand here:"
-    )
+    picker = CellPicker(scene.area)
     grid = grid_over(scene.area)
-    held = {}
+
+    # One site is some megabytes; the last one is enough.
+    @lru_cache(maxsize=1)
+    def site_for(wanted, _forbidden):
+        return prepare_site(scene, model=wanted, grid=grid, forbidden=picker.cells(grid))
 
     def draw(plan, method, n, pans, field_of_view, reach, square_within, forbidden):
         wanted = CameraModel(field_of_view, min(model.near, reach / 2), reach, pans, square_within)
-        key = (wanted, forbidden)
-        if key not in held:
-            held.clear()  # one site is some megabytes; the last one is enough
-            held[key] = prepare_site(scene, model=wanted, grid=grid, forbidden=picker.cells(grid))
-        site = held[key]
+        site = site_for(wanted, forbidden)
         if not site.served.any():
             raise ArgumentError("reach: no camera sees anybody square-on; widen it.")
         cameras, choice = choose_cameras(site, method, n, time_limit=PATIENCE)
         seen = judge_cameras(cameras, site.targets, model=wanted, walls=scene.walls)
-        plot_ground(scene.area, walls=scene.walls, ax=plan)
-        plot_forbidden(grid, site.forbidden, ax=plan)
-        plot_served(site.targets, seen, ax=plan)
-        plot_cameras(cameras, wanted, method=method, cones=not pans, ax=plan)
+        plots.plot_ground(scene.area, walls=scene.walls, ax=plan)
+        plots.plot_forbidden(grid, site.forbidden, ax=plan)
+        plots.plot_served(site.targets, seen, ax=plan)
+        plots.plot_cameras(cameras, wanted, method=method, cones=not pans, ax=plan)
         proof = "" if choice is None else f", none sees more than {choice.bound:.3f}"
         return f"seen square-on: <b>{seen.mean():.3f}</b> of {len(seen)} walker-seconds{proof}"
 

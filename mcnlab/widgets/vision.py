@@ -2,31 +2,34 @@
 
 import numpy as np
 
-from mcnlab.plotting import vision
-from mcnlab.plotting.vision import plot_flow, plot_frame
+from mcnlab.plotting.vision import colour_flow, colour_legend, plot_flow, plot_frame
 from mcnlab.vision import flow
 from mcnlab.widgets.panel import Panel, choices, decimal_slider, slider
 
 
-def flow_panel(frames):
+def flow_panel(frames: tuple[np.ndarray, np.ndarray]) -> Panel:
     """Horn and Schunck's weight, iterations and the speed threshold, on two frames.
 
     Parameters
     ----------
     frames : (ndarray, ndarray)
         Two grey frames of one size, one after the other.
+
+    Examples
+    --------
+    >>> from mcnlab.synthetic.shifts import make_motion
+    >>> moved = make_motion("parting", shape=(48, 64))
+    >>> list(flow_panel((moved.first, moved.second)).controls)
+    ['alpha', 'iterations', 'speed', 'pyramid']
     """
     first, second = frames
-    wheel = vision.colour_legend(48)
+    wheel = colour_legend(48)
 
     def draw(left, right, alpha, iterations, speed, pyramid):
-        if pyramid:
-            motion = flow.horn_schunck(first, second, alpha=alpha, iterations=iterations)
-        else:
-            motion = flow.horn_schunck_plain(first, second, alpha=alpha, iterations=iterations)
+        find = flow.horn_schunck if pyramid else flow.horn_schunck_plain
+        motion = find(first, second, alpha=alpha, iterations=iterations)
         mask = flow.moving_mask(motion, speed=speed)
-        colours = vision.colour_flow(motion, largest=3.0)
-        plot_flow(colours, wheel, largest=3.0, ax=left)
+        plot_flow(colour_flow(motion, largest=3.0), wheel, largest=3.0, ax=left)
         plot_frame(255 - mask, ax=right)
         return f"moving: <b>{np.mean(mask > 0):.1%}</b> of the pixels"
 

@@ -4,20 +4,16 @@ from dataclasses import replace
 
 import ipywidgets
 import numpy as np
+import pandas as pd
 
 from mcnlab.cameras import horizon
 from mcnlab.datasets.mirror import OBLIQUE, SUFFIX, mirror_boxes, mirror_direction
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, SilhouetteError
+from mcnlab.plotting import walking as plots
 from mcnlab.plotting.gait import plot_width
 from mcnlab.plotting.speed import plot_by_distance, plot_by_level
 from mcnlab.plotting.style import METHOD_COLOURS, UPPER
-from mcnlab.plotting.walking import (
-    plot_boxes,
-    plot_heading_errors,
-    plot_mask,
-    plot_phase,
-    plot_phases,
-)
 from mcnlab.synthetic.noise import SegmentationNoise, add_noise
 from mcnlab.tables import FRAME, SEQUENCE, H, W
 from mcnlab.vision.silhouettes import MIN_AREA, find_body
@@ -25,10 +21,10 @@ from mcnlab.walking import gait, heading, phase
 from mcnlab.walking.direction import LinearSeparators, group_of, leave_one_subject_out
 from mcnlab.walking.evaluation import judge_headings, truth_of
 from mcnlab.walking.speed import FAST, LEVELS, NAMES, SECONDS, SLOW, level_of, misordered
-from mcnlab.widgets.panel import Panel, choices, decimal_slider, label, slider
+from mcnlab.widgets.panel import Panel, choices, decimal_slider, label, menu, slider
 
 
-def silhouette_panel(masks, *, seed=0):
+def silhouette_panel(masks: np.ndarray, *, seed: int = 0) -> Panel:
     """Turn up the noise on a walk and watch the box: minimum blob area, specks, holes, limbs.
 
     Parameters
@@ -37,6 +33,15 @@ def silhouette_panel(masks, *, seed=0):
         A clean walk; its own boxes are the truth.
     seed : int, optional
         Of the noise.
+
+    Examples
+    --------
+    >>> from mcnlab.synthetic import make_walks
+    >>> panel = silhouette_panel(make_walks(subjects=1, directions=(3,), seed=0)[0].masks)
+    >>> for name in ("specks", "holes", "limbs"):
+    ...     panel.controls[name].value = 0
+    >>> panel.text.value
+    'box right (overlap of 0.8 or more) in <b>100%</b> of 12 frames'
     """
     sample = np.unique(np.linspace(0, len(masks) - 1, 12).astype(int))
     truth = {index: find_body(masks[index]) for index in sample}
@@ -55,7 +60,7 @@ def silhouette_panel(masks, *, seed=0):
             overlaps.append(_overlap(body, truth[held]))
             if held == index:
                 box = (body.x, body.y, body.w, body.h)
-        plot_mask(noisy[index], box=box, title=f"frame {index + 1}", ax=left)
+        plots.plot_mask(noisy[index], box=box, title=f"frame {index + 1}", ax=left)
         right.plot(sample + 1, overlaps, "o-", color=METHOD_COLOURS["perspective"])
         right.set(xlabel="frame", ylabel="overlap of box and true box", ylim=(0, 1.05))
         good = np.mean(np.array(overlaps) >= 0.8)
@@ -74,75 +79,99 @@ def silhouette_panel(masks, *, seed=0):
     )
 
 
-def mirror_panel(recording):
-    """Pick a walk and a frame; its box, its mirror image, and how many videos that makes."""
+def mirror_panel(recording: Recording) -> Panel:
+    """Pick a walk and see its boxes beside their mirror image.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.
+
+    Examples
+    --------
+    >>> from mcnlab.vision import casia_a
+    >>> mirror_panel(casia_a()).text.value
+    '93 frames in direction 6; mirrored, direction 4'
+    """
     oblique = [name for name in recording.sequences if recording.directions[name] in OBLIQUE]
 
     def draw(left, right, sequence, every):
         boxes = recording.sequence(sequence)
         direction = int(recording.directions[sequence])
         mirrored = mirror_direction(direction)
-        twin = mirror_boxes(boxes, frame_width=recording.frame_width)
-        for ax, rows, way in zip((left, right), (boxes, twin), (direction, mirrored), strict=True):
-            plot_boxes(
-                rows,
-                frame_width=recording.frame_width,
-                frame_height=recording.frame_height,
-                every=every,
-                direction=way,
-                ax=ax,
-            )
+        width = recording.frame_width
+        twin = mirror_boxes(boxes, frame_width=width)
+        frame = {"frame_width": width, "frame_height": recording.frame_height, "every": every}
+        plots.plot_boxes(boxes, direction=direction, ax=left, **frame)
+        plots.plot_boxes(twin, direction=mirrored, ax=right, **frame)
         return f"{len(boxes)} frames in direction {direction}; mirrored, direction {mirrored}"
 
     return Panel(
         draw,
         {
-            "sequence": ipywidgets.Dropdown(options=oblique, **label("walk", width="500px")),
+            "sequence": menu("walk", oblique),
             "every": slider("every … frames", 2, 30, 10),
         },
         columns=2,
     )
 
 
-def phase_panel(recording):
-    """Thresholds of the thesis's phase over one walk's curve; accuracy over all walks."""
+def phase_panel(recording: Recording) -> Panel:
+    """Thresholds of the thesis's phase over one walk's curve; accuracy over all walks.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.
+
+    Examples
+    --------
+    >>> from mcnlab.vision import casia_a
+    >>> list(phase_panel(casia_a()).controls)
+    ['sequence', 'dimension', 'prominence', 'spacing', 'soft_rule']
+    """
     judge = _PhaseJudge(recording)
 
-    def draw(ax, sequence, dimension, prominence, spacing, soft_rule):
-        thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
+    def draw(ax, sequence, dimension, **thresholds):
         boxes = judge.walks[sequence]
         found = phase.measure_phase(
             boxes[FRAME].to_numpy(), boxes[dimension].to_numpy(), **thresholds
         )
-        plot_phase(
+        plots.plot_phase(
             found,
             dimension=dimension,
             parts=("extrema", "soft", "envelope", "mean"),
             legend=False,  # it stands in the figures above, and takes as long as the rest
             ax=ax,
         )
-        said = judge.say(*judge.measure(dimension, thresholds))
+        said = judge.measure(dimension, thresholds)[-1]
         return f"phase {found.mean.slope:+.2f} pixels a frame; {said}"
 
     return Panel(
         draw,
-        {
-            "sequence": ipywidgets.Dropdown(
-                options=list(judge.walks), **label("walk", width="500px")
-            ),
-            **_phase_controls(),
-        },
+        {"sequence": menu("walk", list(judge.walks)), **_phase_controls()},
     )
 
 
-def separator_panel(recording):
-    """Thresholds of the thesis's phase over Figure 3.12 or 3.13, and its accuracy."""
+def separator_panel(recording: Recording) -> Panel:
+    """Thresholds of the thesis's phase over Figure 3.12 or 3.13, and its accuracy.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.
+
+    Examples
+    --------
+    >>> from mcnlab.vision import casia_a
+    >>> separator_panel(casia_a()).text.value.split(" by ")[0]
+    'groups right: <b>0.8705</b>'
+    """
     judge = _PhaseJudge(recording)
 
-    def draw(ax, dimension, prominence, spacing, soft_rule):
-        thresholds = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
-        values, separators, *shares = judge.measure(dimension, thresholds)
-        plot_phases(
+    def draw(ax, dimension, **thresholds):
+        values, separators, said = judge.measure(dimension, thresholds)
+        plots.plot_phases(
             values,
             judge.truth,
             separators=separators,
@@ -150,12 +179,12 @@ def separator_panel(recording):
             legend=False,  # it stands in the figures above, and takes as long as the rest
             ax=ax,
         )
-        return judge.say(values, separators, *shares)
+        return said
 
     return Panel(draw, _phase_controls())
 
 
-def heading_panel(recording, *, focal_length):
+def heading_panel(recording: Recording, *, focal_length: float) -> Panel:
     """Focal length and window length over heading errors, and the accuracy.
 
     Parameters
@@ -164,6 +193,12 @@ def heading_panel(recording, *, focal_length):
         With labels.  Mirrored copies are left out: they repeat what their walks say.
     focal_length : float
         Pixels, to begin with.
+
+    Examples
+    --------
+    >>> from mcnlab.vision import casia_a
+    >>> heading_panel(casia_a(), focal_length=450).text.value.split(" [")[0]
+    'directions right: <b>0.998</b>'
     """
     own = recording.without_copies()
     # The horizon does not depend on the focal length: it is found once.
@@ -176,7 +211,7 @@ def heading_panel(recording, *, focal_length):
         )
         right, error, errors = judge_headings(own, headings)
         truth = truth_of(own, headings["sequence"].to_numpy())
-        plot_heading_errors(errors, truth, ax=ax)
+        plots.plot_heading_errors(errors, truth, ax=ax)
         return (
             f"directions right: <b>{right.value:.3f}</b> [{right.low:.3f}, {right.high:.3f}], "
             f"mean error <b>{error.value:.1f}°</b>, {len(headings)} windows"
@@ -212,18 +247,17 @@ class _PhaseJudge:
         self.subjects = own.subjects.to_numpy()[self.order]
 
     def measure(self, dimension, thresholds):
+        """The phases, the separators between them, and in words how often they are right."""
         measured = phase.measure_phases(self.boxes, dimensions=(dimension,), **thresholds)
         values = measured[f"m_{dimension}"].to_numpy()[self.order]
         separators = LinearSeparators().fit(values, self.groups)
         fitted = (separators.predict(values) == self.groups).mean()
         left_out = leave_one_subject_out(LinearSeparators(), values, self.groups, self.subjects)
-        return values, separators, fitted, (left_out == self.groups).mean()
-
-    @staticmethod
-    def say(_values, _separators, fitted, left_out):
         return (
+            values,
+            separators,
             f"groups right: <b>{fitted:.4f}</b> by resubstitution, as in the thesis; "
-            f"<b>{left_out:.4f}</b> leaving one subject out"
+            f"<b>{(left_out == self.groups).mean():.4f}</b> leaving one subject out",
         )
 
 
@@ -244,7 +278,7 @@ def _overlap(body, true):
     return shared / (body.w * body.h + true.w * true.h - shared)
 
 
-def gait_panel(boxes, truth, *, frame_rate):
+def gait_panel(boxes: pd.DataFrame, truth: pd.DataFrame, *, frame_rate: float) -> Panel:
     """Turn a synthetic walker and watch his box's width and its rhythm.
 
     Parameters
@@ -254,6 +288,13 @@ def gait_panel(boxes, truth, *, frame_rate):
     truth : pandas.DataFrame
         Its walks: ``subject, angle, step_s``.
     frame_rate : float
+
+    Examples
+    --------
+    >>> from mcnlab.walking.viewpoint import record_at_angles
+    >>> boxes, truth = record_at_angles([0, 90], subjects=1)
+    >>> gait_panel(boxes[0], truth, frame_rate=25).controls["angle"].options
+    (0, 90)
     """
     walks = dict(list(boxes.groupby(SEQUENCE, sort=False)))
     truth = truth.loc[list(walks)]
@@ -283,13 +324,11 @@ def gait_panel(boxes, truth, *, frame_rate):
     return Panel(
         draw,
         {
-            "subject": ipywidgets.Dropdown(
-                options=sorted(truth["subject"].unique()), **label("walker", width="500px")
-            ),
+            "subject": menu("walker", sorted(truth["subject"].unique())),
             "angle": ipywidgets.SelectionSlider(
                 options=[int(held) for held in angles],
                 value=int(min(angles, key=lambda held: abs(held - 60))),
-                **label("view angle (°)", width="500px"),
+                **label("view angle (°)"),
             ),
         },
         columns=2,
@@ -297,7 +336,7 @@ def gait_panel(boxes, truth, *, frame_rate):
     )
 
 
-def speed_panel(tables):
+def speed_panel(tables: dict[str, pd.DataFrame]) -> Panel:
     """Thresholds and window length over windows by distance, and true speed by level.
 
     Parameters
@@ -305,17 +344,19 @@ def speed_panel(tables):
     tables : dict
         Title → table of `pace.compare_speeds`, with windows of one second and, if the
         first has them, of other lengths.
+
+    Examples
+    --------
+    >>> from mcnlab.walking.outdoors import apparent_speeds
+    >>> panel = speed_panel({"PETS 2009": apparent_speeds("pets")})
+    >>> list(panel.controls)
+    ['where', 'seconds', 'slow', 'fast']
     """
     titles = list(tables)
     lengths = sorted(tables[titles[0]]["seconds"].unique())
-    held = {
-        (title, length): table[table["seconds"] == length]
-        for title, table in tables.items()
-        for length in lengths
-    }
 
     def draw(left, right, where, seconds, slow, fast):
-        table = held[where, seconds]
+        table = tables[where][tables[where]["seconds"] == seconds]
         right.set_xticks([])  # nothing is said of the levels if the thresholds are refused
         level = level_of(table["share"], frame_width=1, slow=slow / 100, fast=fast / 100)
         plot_by_distance(

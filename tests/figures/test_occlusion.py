@@ -1,20 +1,16 @@
-"""The occlusion figures show what was judged; the panel says what the tables say."""
-
-import re
+"""The occlusion figures show what was judged."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from mcnlab import widgets
 from mcnlab.figures.occlusion import draw_case
 from mcnlab.figures.registry import draw
 from mcnlab.occlusion import composites, thesis, thesis_check
 from mcnlab.occlusion.composites import compose
 from mcnlab.synthetic.street import make_street
 from mcnlab.vision import recordings
-from mcnlab.widgets.occlusion import made_walker
 
 
 @pytest.fixture(scope="module")
@@ -118,87 +114,3 @@ def test_the_cell_shares_are_written_in_the_cells(sources):
         else:
             assert int(share) == round(100 * cell.occluded / cell.n)
             assert int(miss) == round(100 * (cell.n - cell.right) / cell.n)
-
-
-# The panel.
-
-
-@pytest.fixture
-def panel():
-    """The panel, as it begins."""
-    return widgets.occlusion_panel()
-
-
-MOVES = {"cell": (3, 3), "level1": 1, "level2": 2, "seconds": 2.0}
-
-
-def test_every_control_redraws_and_can_be_taken_back(panel):
-    assert set(MOVES) == set(panel.controls)
-    first = bytes(panel.picture.value), panel.text.value
-    assert first[0].startswith(b"\x89PNG")
-    for name, value in MOVES.items():
-        before = panel.controls[name].value
-        panel.controls[name].value = value
-        assert bytes(panel.picture.value) != first[0], name
-        assert "Error" not in panel.text.value
-        panel.controls[name].value = before
-        assert (bytes(panel.picture.value), panel.text.value) == first, name
-
-
-def test_a_pressed_cell_is_the_one_looked_at(panel):
-    picker = panel.controls["cell"]
-    picker._buttons[2, 6].click()
-    assert picker.value == (2, 6)
-    assert panel.text.value.startswith("S1 2 away-right, v3; S2 6 toward-left, v3")
-    framed = [cell for cell, button in picker._buttons.items() if button.layout.border_top]
-    assert framed == [(2, 6)]
-    assert len(picker._buttons) == 64
-
-
-@pytest.mark.parametrize(
-    ("cell", "levels", "said"),
-    [
-        ((3, 7), (3, 3), "1: certain occlusion"),
-        ((3, 3), (3, 1), "C: time and place decide"),
-        ((3, 3), (1, 1), "P(O|S), and by speed 0: no occlusion"),
-        ((7, 3), (3, 3), "0: no occlusion"),
-        ((8, 7), (1, 3), "C: time and place decide"),
-    ],
-)
-def test_the_panel_says_what_the_tables_say(panel, cell, levels, said):
-    panel.controls["cell"].value = cell
-    panel.controls["level1"].value, panel.controls["level2"].value = levels
-    assert f"<b>{said}</b>" in panel.text.value
-    assert ("t = " in panel.text.value) == said.startswith(("1", "C"))
-
-
-def test_the_panel_says_the_time_of_the_equations(panel):
-    panel.controls["cell"].value = (3, 3)
-    panel.controls["level2"].value = 1
-    one, two = (made_walker(x, 3, level) for x, level in ((0.35 * 352, 3), (0.65 * 352, 1)))
-    seconds = thesis.seconds_to_meet(two.x - one.x, one.pixels, two.pixels, same_way=True)
-    (said,) = re.findall(r"<b>([\d.]+) s</b>", panel.text.value)
-    assert float(said) == pytest.approx(float(seconds), abs=0.05)  # one decimal is said
-
-
-def test_the_clock_moves_the_walkers(panel):
-    axes = panel._axes[1]
-    panel.controls["seconds"].value = 2.0
-    walker = made_walker(0.35 * 352, 3, 3)
-    way = axes.lines[0].get_xydata()
-    np.testing.assert_allclose(way[0], [walker.x, walker.y])
-    np.testing.assert_allclose(way[1], [walker.x + 2 * walker.vx, walker.y])
-
-
-def test_moves_leave_nothing_behind(panel):
-    def held():
-        return [
-            [len(ax.lines), len(ax.texts), len(ax.patches), len(ax.images)] for ax in panel._axes
-        ]
-
-    first = held()
-    for name, value in list(MOVES.items()) * 2:
-        before = panel.controls[name].value
-        panel.controls[name].value = value
-        panel.controls[name].value = before
-    assert held() == first

@@ -1,16 +1,13 @@
-"""What the figures and the panel of apparent speed draw."""
-
-import re
+"""What the figures of apparent speed draw."""
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from mcnlab import widgets
 from mcnlab.figures.registry import draw
 from mcnlab.plotting.speed import plot_by_distance, plot_by_level
 from mcnlab.plotting.style import SPEED_COLOURS, SPEED_HATCHES, SPEED_MARKERS
-from mcnlab.statistics import Estimate, median_by_subject
+from mcnlab.statistics import Estimate
 from mcnlab.vision import recordings
 from mcnlab.walking import evaluation, outdoors, speed
 
@@ -169,36 +166,3 @@ def test_levels_are_told_apart_in_grey_by_marker_and_by_hatch():
     assert (np.diff(grey) < -0.05).all()
     assert len(set(SPEED_MARKERS.values())) == 3
     assert len(set(SPEED_HATCHES.values())) == 3
-
-
-def test_the_panel_follows_its_thresholds(tables):
-    panel = widgets.speed_panel(tables)
-    pictures = set()
-    for name, value in (("slow", 3.0), ("fast", 7.0), ("seconds", 2.0), ("where", "tud")):
-        panel.controls[name].value = value
-        pictures.add(bytes(panel.picture.value))
-    assert len(pictures) == 4
-    assert all(picture.startswith(b"\x89PNG") for picture in pictures)
-
-
-def test_the_panel_says_what_is_reported(tables, seconds):
-    panel = widgets.speed_panel(tables)
-    table = seconds["pets"]
-    said = [float(value) for value in re.findall(r"<b>([\d.]+) m/s</b>", panel.text.value)]
-    for level, value in zip(speed.LEVELS, said, strict=True):
-        own = table[table["level"] == level]
-        held = median_by_subject(own["true_speed"], own["sequence"], draws=1)
-        assert value == round(held.value, 2)
-    wrong = speed.misordered(table["true_speed"], table["level"], table["sequence"], draws=1)
-    assert f"<b>{wrong.value:.0%}</b>" in panel.text.value
-
-
-def test_the_panel_says_when_a_level_is_empty_or_impossible(tables):
-    panel = widgets.speed_panel(tables)
-    panel.controls["slow"].value = 0.0
-    panel.controls["fast"].value = 20.0
-    assert "v3 <b>no window</b>" in panel.text.value
-    assert "truly faster" not in panel.text.value
-    panel.controls["slow"].value = 10.0
-    panel.controls["fast"].value = 2.0
-    assert "fast is 0.02, below slow, 0.1" in panel.text.value
