@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 import ipywidgets
 import numpy as np
@@ -24,7 +25,7 @@ from mcnlab.widgets.panel import LABEL_WIDTH, Panel, choices, decimal_slider, me
 CROSSING_PEOPLE, CROSSING_SECONDS = 25, 15.0  # few enough to be judged anew at every move
 STEP = 0.1  # of the clock, seconds
 MOST = 300  # pairs that can be leafed through
-_TWO = {
+_TWO: dict[str, Any] = {
     "columns": 2,
     "figsize": (9.5, 3.7),
     "margins": {"left": 0.08, "bottom": 0.17, "top": 0.9},
