@@ -138,13 +138,13 @@ def require_array(
     )
     try:
         held = np.asarray(values)
+        if np.iscomplexobj(held):
+            raise TypeError("complex numbers")
         array = held if dtype is bool or held.dtype == dtype else held.astype(float)
     except (TypeError, ValueError) as fault:
         raise error(f"{name} holds what is no number ({fault}); pass {remedy}.") from None
     if dtype is bool and array.dtype != bool:
         raise error(f"{name} is of {array.dtype}; pass {remedy}.")
-    if np.iscomplexobj(held):
-        raise error(f"{name} holds complex numbers; pass {remedy}.")
     if shape is not None:
         more = shape[0] is ...
         ends = shape[1:] if more else shape

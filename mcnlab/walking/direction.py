@@ -8,9 +8,13 @@ apart: {1}, {2, 8}, {3, 7}, {4, 6}, {5}.
 
 import numpy as np
 import pandas as pd
-from sklearn.base import BaseEstimator, ClassifierMixin, clone
+from numpy.typing import ArrayLike
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.pipeline import Pipeline
 
+from mcnlab.checks import require_array, require_like
 from mcnlab.compass import require_directions
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError
 from mcnlab.regression import fit_lines_robust
 from mcnlab.tables import CX, SEQUENCE, H, W, uncut
@@ -21,7 +25,7 @@ GROUP_NAMES = {1: "1", 2: "2 & 8", 3: "3 & 7", 4: "4 & 6", 5: "5"}
 _GROUP_OF = np.array([0, 1, 2, 3, 4, 5, 4, 3, 2])  # by direction
 
 
-def group_of(directions):
+def group_of(directions: ArrayLike) -> np.ndarray | int:
     """The group 1 … 5 that a phase can tell a direction 1 … 8 apart by."""
     return _GROUP_OF[require_directions("directions", directions)]
 
@@ -48,7 +52,7 @@ class LinearSeparators(ClassifierMixin, BaseEstimator):
         The same as ``coef_·m + intercept_ = 0``, one row a separator.
     """
 
-    def fit(self, X, y):
+    def fit(self, X: ArrayLike, y: ArrayLike) -> "LinearSeparators":
         """Place the separators.
 
         Parameters
@@ -58,11 +62,8 @@ class LinearSeparators(ClassifierMixin, BaseEstimator):
         y : array_like, shape (n,)
             Groups.
         """
-        phase, y = _as_phases(X), np.asarray(y)
-        if len(phase) == 0 or phase.shape != y.shape:
-            raise ArgumentError(
-                f"X holds {len(phase)} phases and y {y.shape}; pass one group a phase."
-            )
+        phase, y = _as_phases(X, least=1), np.asarray(y)
+        require_like(phase, of="X", y=y)
         self.classes_, codes = np.unique(y, return_inverse=True)
         count = len(self.classes_)
         means = np.bincount(codes, phase) / np.bincount(codes)
@@ -95,12 +96,14 @@ class LinearSeparators(ClassifierMixin, BaseEstimator):
         self.n_features_in_ = 1
         return self
 
-    def predict(self, X):
+    def predict(self, X: ArrayLike) -> np.ndarray:
         """The group of each phase."""
         return self.order_[np.searchsorted(self.cuts_, _as_phases(X))]
 
 
-def leave_one_subject_out(estimator, X, y, subjects):
+def leave_one_subject_out(
+    estimator: BaseEstimator, X: ArrayLike, y: ArrayLike, subjects: ArrayLike
+) -> np.ndarray:
     """What `estimator` says of each subject's walks, having learned from the others.
 
     Parameters
@@ -120,22 +123,16 @@ def leave_one_subject_out(estimator, X, y, subjects):
     ArgumentError
         When there are fewer than two subjects.
     """
+    from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
+
     X, y, subjects = np.asarray(X), np.asarray(y), np.asarray(subjects)
-    if not len(X) == len(y) == len(subjects):
-        raise ArgumentError(
-            f"X, y and subjects hold {len(X)}, {len(y)} and {len(subjects)} walks; "
-            "pass as many of each."
-        )
+    require_like(y, of="y", subjects=subjects, X=X[:, 0] if X.ndim == 2 else X)
     if len(np.unique(subjects)) < 2:
         raise ArgumentError("subjects names one subject only; leaving one out needs two.")
-    said = np.empty_like(y)
-    for subject in np.unique(subjects):
-        out = subjects == subject
-        said[out] = clone(estimator).fit(X[~out], y[~out]).predict(X[out])
-    return said
+    return cross_val_predict(estimator, X, y, groups=subjects, cv=LeaveOneGroupOut())
 
 
-def measure_phase_space(recording):
+def measure_phase_space(recording: Recording) -> pd.DataFrame:
     """Several distance-invariant phases of every walk.
 
     Parameters
@@ -152,6 +149,16 @@ def measure_phase_space(recording):
     ------
     McnError
         When the table is not sound or a walk has no two frames.
+
+    Examples
+    --------
+    >>> from mcnlab import vision, walking
+    >>> space = walking.measure_phase_space(vision.casia_a())
+    >>> space.loc[["fyc-00_1", "fyc-45_1"]].round(2)
+              height_growth  width_growth  sideways
+    sequence
+    fyc-00_1          -0.01          0.03     -0.77
+    fyc-45_1           0.12          0.16     -0.53
     """
     stack = recording.stack
     time = np.arange(stack.valid.shape[1]) / recording.frame_rate
@@ -160,16 +167,16 @@ def measure_phase_space(recording):
     safe_h, safe_w = np.where(stack.valid, height, 1.0), np.where(stack.valid, width, 1.0)
 
     mean_height = (weights * height).sum(axis=1) / weights.sum(axis=1)
+    drift = fit_lines_robust(time, stack.curves[CX], weights=weights)[0].slope
     features = {
         "height_growth": relative_growth(time, safe_h, weights=weights),
         "width_growth": relative_growth(time, safe_w, weights=weights),
-        "sideways": fit_lines_robust(time, stack.curves[CX], weights=weights)[0].slope
-        / mean_height,
+        "sideways": drift / mean_height,
     }
     return pd.DataFrame(features, index=pd.Index(stack.names, name=SEQUENCE))
 
 
-def phase_space_classifier():
+def phase_space_classifier() -> Pipeline:
     """Linear separators over several phases: linear discriminant analysis, scaled."""
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
     from sklearn.pipeline import make_pipeline
@@ -178,13 +185,8 @@ def phase_space_classifier():
     return make_pipeline(StandardScaler(), LinearDiscriminantAnalysis())
 
 
-def _as_phases(values):
-    values = np.asarray(values, dtype=float)
+def _as_phases(values, least=0):
+    values = np.asarray(values)
     if values.ndim == 2 and values.shape[1] == 1:
         values = values[:, 0]
-    if values.ndim != 1 or not np.isfinite(values).all():
-        raise ArgumentError(
-            f"X has shape {values.shape} or values that are not finite; pass one finite phase "
-            "a video."
-        )
-    return values
+    return require_array("X", values, (None,), least=least, remedy="one finite phase a video")

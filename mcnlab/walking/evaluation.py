@@ -2,11 +2,13 @@
 
 import itertools
 import tempfile
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from time import perf_counter
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.checks import require_count
 from mcnlab.compass import direction_of, heading_of, turn_between
@@ -16,7 +18,7 @@ from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError, SilhouetteError
 from mcnlab.statistics import Estimate, accuracy, mean_by_subject, share_by_subject, share_of
 from mcnlab.synthetic.noise import SegmentationNoise, add_noise
-from mcnlab.synthetic.walkers import CASIA_VIEW, make_walks
+from mcnlab.synthetic.walkers import CASIA_VIEW, SyntheticWalk, make_walks
 from mcnlab.tables import DIRECTION, SEQUENCE
 from mcnlab.vision.silhouettes import measure_sequence
 from mcnlab.walking import viewpoint
@@ -36,7 +38,7 @@ HARD_NOISE = SegmentationNoise(
 )
 
 
-def truth_of(recording, sequences=None):
+def truth_of(recording: Recording, sequences: ArrayLike | None = None) -> np.ndarray:
     """True directions 1 … 8, one a sequence named (each of the recording's if None)."""
     if recording.directions is None:
         raise ArgumentError(f"{recording.name} has no direction labels; pass a labelled recording.")
@@ -44,13 +46,13 @@ def truth_of(recording, sequences=None):
     return recording.directions[names].to_numpy()
 
 
-def is_own(recording, sequences=None):
+def is_own(recording: Recording, sequences: ArrayLike | None = None) -> np.ndarray:
     """False for mirrored copies: one flag a sequence named."""
     names = recording.sequences if sequences is None else sequences
     return ~np.isin(np.asarray(names, dtype=object), list(recording.copies))
 
 
-def judge_phase(recording, phases):
+def judge_phase(recording: Recording, phases: ArrayLike) -> tuple[Estimate, Estimate | None]:
     """Judge one phase as the thesis does, and honestly.
 
     Parameters
@@ -79,10 +81,23 @@ def judge_phase(recording, phases):
     return resubstitution, accuracy(left_out == groups, own=own)
 
 
-def sweep_thresholds(recording, *, prominences, spacings, soft_rules=SOFT_RULES):
+def sweep_thresholds(
+    recording: Recording,
+    *,
+    prominences: Iterable[float],
+    spacings: Iterable[int],
+    soft_rules: Iterable[str] = SOFT_RULES,
+) -> pd.DataFrame:
     """Resubstitution of the thesis's phases under many rules for extrema.
 
     The thesis names none; this shows what any choice could have given.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.
+    prominences, spacings, soft_rules : iterable
+        Options of `phase.measure_phases`, each combined with every other.
 
     Returns
     -------
@@ -95,17 +110,21 @@ def sweep_thresholds(recording, *, prominences, spacings, soft_rules=SOFT_RULES)
             recording.boxes, prominence=prominence, spacing=spacing, soft_rule=rule
         )
         groups = group_of(truth_of(recording, measured.index))
-        shares = {}
-        for name, column in (("height", "m_h"), ("width", "m_w")):
-            values = measured[column].to_numpy()
-            said = LinearSeparators().fit(values, groups).predict(values)
-            shares[name] = float((said == groups).mean())
-        rows.append({"soft_rule": rule, "spacing": spacing, "prominence": prominence, **shares})
-    return pd.DataFrame(rows)
+        shares = [
+            LinearSeparators().fit(measured[column], groups).score(measured[column], groups)
+            for column in ("m_h", "m_w")
+        ]
+        rows.append((rule, spacing, prominence, *shares))
+    return pd.DataFrame(rows, columns=["soft_rule", "spacing", "prominence", "height", "width"])
 
 
-def judge_phase_space(recording):
+def judge_phase_space(recording: Recording) -> tuple[Estimate | None, np.ndarray | None]:
     """Eight directions from several phases, one subject left out at a time.
+
+    Parameters
+    ----------
+    recording : Recording
+        With labels.
 
     Returns
     -------
@@ -123,7 +142,9 @@ def judge_phase_space(recording):
     return accuracy(said == truth, own=is_own(recording, space.index)), said
 
 
-def judge_headings(recording, headings):
+def judge_headings(
+    recording: Recording, headings: pd.DataFrame
+) -> tuple[Estimate, Estimate, np.ndarray]:
     """Judge headings against direction labels.
 
     Parameters
@@ -131,7 +152,7 @@ def judge_headings(recording, headings):
     recording : Recording
         With labels.
     headings : pandas.DataFrame
-        From `perspective.measure_headings`.
+        From `heading.measure_headings`.
 
     Returns
     -------
@@ -154,13 +175,13 @@ def judge_headings(recording, headings):
     return right, mean_by_subject(np.abs(errors), subjects), errors
 
 
-def judge_pets(headings, *, least_speed=0.6):
+def judge_pets(headings: pd.DataFrame, *, least_speed: float = 0.6) -> dict[str, Estimate]:
     """Judge PETS 2009 headings against world truth.
 
     Parameters
     ----------
     headings : pandas.DataFrame
-        From `bundled.pets2009_headings`.
+        From `outdoors.pets2009_headings`.
     least_speed : float, optional
         m/s; who hardly moves has no heading.
 
@@ -183,7 +204,14 @@ def judge_pets(headings, *, least_speed=0.6):
     }
 
 
-def record_walks(walks, *, noise=None, seed=0, name="synthetic", n_jobs=1):
+def record_walks(
+    walks: Sequence[SyntheticWalk],
+    *,
+    noise: SegmentationNoise | None = None,
+    seed: int = 0,
+    name: str = "synthetic",
+    n_jobs: int = 1,
+) -> Recording:
     """Measure synthetic walks as real ones are, through noise if wanted.
 
     Parameters
@@ -215,22 +243,27 @@ def record_walks(walks, *, noise=None, seed=0, name="synthetic", n_jobs=1):
     if not tables:
         raise ArgumentError("noise hides every walker; turn it down.")
     boxes = pd.concat(tables, ignore_index=True)
-    kept = set(boxes[SEQUENCE])
-    view, labels = walks[0].view, {walk.name: walk.direction for walk in walks}
+    view, kept = walks[0].view, set(boxes[SEQUENCE])
     return Recording(
         name,
         boxes,
         walks[0].walk.frame_rate,
         view.frame_width,
         view.frame_height,
-        directions=pd.Series({key: value for key, value in labels.items() if key in kept}),
+        directions=pd.Series({walk.name: walk.direction for walk in walks if walk.name in kept}),
         problems=tuple(problem for _, problem in measured if problem),
     )
 
 
 def accuracy_under_noise(
-    levels, *, subjects=8, noise=HARD_NOISE, seed=0, focal_length=None, n_jobs=-1
-):
+    levels: Iterable[float],
+    *,
+    subjects: int = 8,
+    noise: SegmentationNoise = HARD_NOISE,
+    seed: int = 0,
+    focal_length: float | None = None,
+    n_jobs: int = -1,
+) -> dict[str, list[Estimate]]:
     """Accuracy of three methods on synthetic walkers, as segmentation gets worse.
 
     The separators of the thesis's phase and of the growth rate are placed on noise-free
@@ -270,11 +303,11 @@ def accuracy_under_noise(
         slopes = measure_phases(seen.boxes)["m_h"].to_numpy()
         rates = measure_phase_space(seen)["height_growth"].to_numpy()
         headings = measure_headings(seen, focal_length=focal_length)
+        true_way = truth_of(seen, headings[SEQUENCE].to_numpy())
         right = {
             "thesis, height": thesis.predict(slopes) == group_of(truth),
             "growth": growth.predict(rates) == group_of(truth),
-            "perspective": headings[DIRECTION].to_numpy()
-            == truth_of(seen, headings[SEQUENCE].to_numpy()),
+            "perspective": headings[DIRECTION].to_numpy() == true_way,
         }
         for method, flags in right.items():
             lost = np.zeros(half - len(flags), dtype=bool)
@@ -282,7 +315,9 @@ def accuracy_under_noise(
     return found
 
 
-def half_peak(measured, truth, *, seed=0, draws=200):
+def half_peak(
+    measured: pd.DataFrame, truth: pd.DataFrame, *, seed: int = 0, draws: int = 200
+) -> Estimate:
     """How far off square-on half of the gait's peak is lost, with an interval over people.
 
     Parameters
@@ -316,7 +351,7 @@ def half_peak(measured, truth, *, seed=0, draws=200):
     return Estimate(90 - whole, float(90 - high), float(90 - low), len(table))
 
 
-def steps_right(measured, truth, *, tolerance=0.1):
+def steps_right(measured: pd.DataFrame, truth: pd.DataFrame, *, tolerance: float = 0.1) -> Estimate:
     """The share of walks whose step is found and right, with an interval over people.
 
     Parameters
@@ -334,7 +369,7 @@ def steps_right(measured, truth, *, tolerance=0.1):
     return share_by_subject(right, truth["subject"])
 
 
-def neighbours_agree(headings):
+def neighbours_agree(headings: pd.DataFrame) -> Estimate:
     """How often neighbouring windows of a walk agree within their joint 95 % margin.
 
     Needs no truth: a walk that is straight has one heading.
@@ -342,7 +377,7 @@ def neighbours_agree(headings):
     Parameters
     ----------
     headings : pandas.DataFrame
-        Windows, from `perspective.measure_headings`.
+        Windows, from `heading.measure_headings`.
 
     Returns
     -------
@@ -359,13 +394,15 @@ def neighbours_agree(headings):
     return share_of(agree.mean(), max(1, len(agree) // 2))
 
 
-def calibration(headings, true_headings, *, levels):
+def calibration(
+    headings: pd.DataFrame, true_headings: ArrayLike, *, levels: Iterable[float]
+) -> list[Estimate]:
     """How often the interval of a given level holds the true heading.
 
     Parameters
     ----------
     headings : pandas.DataFrame
-        From `perspective.measure_headings`.
+        From `heading.measure_headings`.
     true_headings : array_like
         Degrees, one a row.
     levels : sequence of float
@@ -384,7 +421,9 @@ def calibration(headings, true_headings, *, levels):
     return [accuracy(errors <= unit * stats.t.ppf(0.5 + level / 2, freedom)) for level in levels]
 
 
-def time_videos(sequences=None, *, focal_length, most=40):
+def time_videos(
+    sequences: list[casia.SilhouetteSequence] | None = None, *, focal_length: float, most: int = 40
+) -> np.ndarray:
     """Seconds from image files to a heading, a video, on one core.
 
     Parameters
@@ -415,7 +454,7 @@ def time_videos(sequences=None, *, focal_length, most=40):
     return np.array(seconds)
 
 
-def read_heading(sequence, *, focal_length):
+def read_heading(sequence: casia.SilhouetteSequence, *, focal_length: float) -> pd.DataFrame:
     """One video, from its image files to the table of its heading."""
     boxes = measure_sequence(sequence.frames(), sequence=sequence.name, subject=sequence.subject)
     recording = Recording(
@@ -425,7 +464,7 @@ def read_heading(sequence, *, focal_length):
 
 
 @contextmanager
-def sample_sequences(*, most=40, seed=0):
+def sample_sequences(*, most: int = 40, seed: int = 0) -> Iterator[list[casia.SilhouetteSequence]]:
     """CASIA A sequences to time: real ones, or synthetic ones in a folder that goes again."""
     folder = casia_a_folder()
     if folder is not None:

@@ -28,11 +28,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import lfilter
 
 from mcnlab import tables
-from mcnlab.checks import require_choice, require_number
+from mcnlab.checks import require_all, require_array, require_choice, require_number
 from mcnlab.errors import ArgumentError
 from mcnlab.tables import SEQUENCE, H, W
 from mcnlab.walking.phase import find_extrema
@@ -61,7 +62,7 @@ class Period(NamedTuple):
     detectable: bool  # p_value ≤ the false-alarm rate
 
     @property
-    def stride(self):
+    def stride(self) -> float:
         """Seconds from a heel strike to the next one of the same foot: two steps."""
         return 2 * self.step
 
@@ -73,7 +74,7 @@ class Events(NamedTuple):
     mid_swings: np.ndarray  # the legs cross
 
 
-def autocorrelation(curve, *, valid=None):
+def autocorrelation(curve: ArrayLike, *, valid: ArrayLike | None = None) -> np.ndarray:
     """How like itself a curve is some frames later.
 
     Parameters
@@ -95,31 +96,23 @@ def autocorrelation(curve, *, valid=None):
     ArgumentError
         When the curve has no value or one that is not finite, or `valid` has another shape.
     """
-    curve = as_numbers("curve", curve)
-    if curve.ndim == 0 or curve.shape[-1] == 0:
-        raise ArgumentError(f"curve has shape {curve.shape}; pass at least one value.")
-    valid = np.ones(curve.shape[-1], bool) if valid is None else np.asarray(valid)
-    if valid.dtype != bool or valid.shape not in (curve.shape, curve.shape[-1:]):
-        raise ArgumentError(
-            f"valid is {valid.dtype} of shape {valid.shape}; pass one bool a value of curve."
-        )
-    curve = np.where(valid, curve, 0.0)
-    if not np.isfinite(curve).all():
-        raise ArgumentError("curve holds values that are not finite; mark them as not valid.")
+    curve, valid = _check_curve(curve, valid, (..., None))
+    if curve.shape[-1] == 0:
+        raise ArgumentError(f"curve has the shape {curve.shape}; pass at least one value.")
     # Between −1 and 1 squares neither overflow nor vanish.
     scale = np.abs(curve).max(axis=-1, keepdims=True)
     return _autocorrelate(curve / np.where(scale > 0, scale, 1.0), valid)
 
 
 def find_period(
-    curve,
+    curve: ArrayLike,
     *,
-    frame_rate,
-    valid=None,
-    rhythm="step",
-    periods=STEP_PERIODS,
-    false_alarm=FALSE_ALARM,
-):
+    frame_rate: float,
+    valid: ArrayLike | None = None,
+    rhythm: str = "step",
+    periods: tuple[float, float] = STEP_PERIODS,
+    false_alarm: float = FALSE_ALARM,
+) -> Period:
     """The period of a walker's steps, from one curve of his box.
 
     Parameters
@@ -161,21 +154,17 @@ def find_period(
     the double may be found.
     """
     search = _check_options(frame_rate, rhythm, periods, false_alarm)
-    curve = as_numbers("curve", curve)
-    valid = np.ones(curve.shape, bool) if valid is None else np.asarray(valid)
-    if curve.ndim != 1 or valid.shape != curve.shape or valid.dtype != bool:
-        raise ArgumentError(
-            f"curve has shape {curve.shape} and valid {valid.shape}; pass one number (and one "
-            "bool) a frame."
-        )
-    if not np.isfinite(curve[valid]).all():
-        raise ArgumentError("curve holds values that are not finite; mark them as not valid.")
-    return _find_period(curve, valid, search)[0]
+    return _find_period(*_check_curve(curve, valid, (None,)), search)[0]
 
 
 def measure_gait(
-    boxes, *, frame_rate, rhythm="step", periods=STEP_PERIODS, false_alarm=FALSE_ALARM
-):
+    boxes: pd.DataFrame,
+    *,
+    frame_rate: float,
+    rhythm: str = "step",
+    periods: tuple[float, float] = STEP_PERIODS,
+    false_alarm: float = FALSE_ALARM,
+) -> pd.DataFrame:
     """The rhythm of every walk in a box table.
 
     Parameters
@@ -196,31 +185,31 @@ def measure_gait(
     ------
     TableError, ArgumentError
         When the table is not sound or an option is out of range.
+
+    Examples
+    --------
+    >>> from mcnlab import vision, walking
+    >>> boxes = vision.casia_a().boxes
+    >>> walk = boxes[boxes["sequence"] == "fyc-00_1"]
+    >>> walking.measure_gait(walk, frame_rate=25)[["step_s", "detectable"]].round(2)
+              step_s  detectable
+    sequence
+    fyc-00_1    0.52        True
     """
     search = _check_options(frame_rate, rhythm, periods, false_alarm)
     stack = tables.stack_sequences(boxes, (W, H))
     rows = []
-    for valid, width, height, length in zip(
-        stack.valid, stack.curves[W], stack.curves[H], stack.length, strict=True
-    ):
-        valid, width, height = valid[:length], width[:length], height[:length]
-        curve = np.divide(width, height, out=np.zeros(length), where=valid)
-        found, rest = _find_period(curve, valid, search)
-        rows.append(
-            {
-                "step_s": found.step,
-                "stride_s": found.stride,
-                "peak": found.peak,
-                "rise": found.rise,
-                "p_value": found.p_value,
-                "detectable": found.detectable,
-                "swing": float(np.sqrt(2 * np.mean(rest[valid] ** 2))),
-            }
-        )
-    return pd.DataFrame(rows, index=pd.Index(stack.names, name=SEQUENCE))
+    for at, curve in enumerate(_width_over_height(stack)):
+        length = stack.length[at]
+        valid = stack.valid[at, :length]
+        found, rest = _find_period(curve[:length], valid, search)
+        swing = float(np.sqrt(2 * np.mean(rest[valid] ** 2)))
+        rows.append((found.step, found.stride, *found[1:], swing))
+    columns = ["step_s", "stride_s", *Period._fields[1:], "swing"]
+    return pd.DataFrame(rows, pd.Index(stack.names, name=SEQUENCE), columns)
 
 
-def rhythm_of(walk, *, frame_rate):
+def rhythm_of(walk: pd.DataFrame, *, frame_rate: float) -> tuple[np.ndarray, np.ndarray, Period]:
     """The autocorrelation of one walk's curve, and its period, to look at.
 
     Parameters
@@ -248,13 +237,14 @@ def rhythm_of(walk, *, frame_rate):
     if len(stack.names) > 1:
         raise ArgumentError(f"walk holds {len(stack.names)} walks; pass the boxes of one.")
     valid = stack.valid[0]
-    curve = np.divide(stack.curves[W][0], stack.curves[H][0], out=np.zeros(len(valid)), where=valid)
-    period, rest = _find_period(curve, valid, search)
+    period, rest = _find_period(_width_over_height(stack)[0], valid, search)
     lags = np.arange(len(valid) // 2) / frame_rate
     return lags, autocorrelation(rest, valid=valid)[: len(lags)], period
 
 
-def find_events(frames, width, *, frame_rate, shortest=STEP_PERIODS[0]):
+def find_events(
+    frames: ArrayLike, width: ArrayLike, *, frame_rate: float, shortest: float = STEP_PERIODS[0]
+) -> Events:
     """Heel strikes and mid-swings: the peaks and troughs of a box's width (Figure 2.2).
 
     Parameters
@@ -282,27 +272,23 @@ def find_events(frames, width, *, frame_rate, shortest=STEP_PERIODS[0]):
     """
     frame_rate = require_number("frame_rate", frame_rate, above=0, unit="frames a second")
     shortest = require_number("shortest", shortest, above=0, unit="s")
-    frames, width = as_numbers("frames", frames), as_numbers("width", width)
-    if frames.ndim != 1 or frames.shape != width.shape or len(frames) < 3:
-        raise ArgumentError(
-            f"frames has shape {frames.shape} and width {width.shape}; pass one width a frame, "
-            "three frames or more."
-        )
-    if not (np.isfinite(frames).all() and np.isfinite(width).all()):
-        raise ArgumentError("frames or width hold values that are not finite; drop those frames.")
-    if (np.diff(frames) <= 0).any() or (frames != np.round(frames)).any():
-        raise ArgumentError("frames must be whole numbers that rise; sort and drop repeated ones.")
+    limit, remedy = tables.FRAME_LIMIT, "three frames or more: finite whole numbers that rise"
+    frames = require_array(
+        "frames", frames, (None,), dtype=int, low=-limit, high=limit, least=3, remedy=remedy
+    )
+    width = require_array("width", width, frames.shape)
+    require_all("frames", frames[1:], np.diff(frames) > 0, "sort them, so that they rise")
     if frames[-1] - frames[0] > 10_000 + 20 * len(frames):
         raise ArgumentError("frames span far more than there are widths; number them 1, 2, 3, …")
     every = np.arange(frames[0], frames[-1] + 1)
     curve = np.interp(every, frames, width)
     rest = _detrend(curve, np.ones(len(curve), bool))
     if not rest.any():
-        return Events(every[:0].astype(int), every[:0].astype(int))
+        return Events(every[:0], every[:0])
     peaks, troughs = find_extrema(
         curve, prominence=EVENT_RISE * rest.std(), spacing=max(1.0, shortest * frame_rate)
     )
-    return Events(every[peaks].astype(int), every[troughs].astype(int))
+    return Events(every[peaks], every[troughs])
 
 
 class _Search(NamedTuple):
@@ -333,6 +319,24 @@ def _check_options(frame_rate, rhythm, periods, false_alarm):
     if last > tables.FRAME_LIMIT:
         raise ArgumentError(f"periods' longest is {longest:g} s, beyond any walk; pass seconds.")
     return _Search(first, last, unit, false_alarm)
+
+
+def _check_curve(curve, valid, shape):
+    """The curve, 0 where it is not valid, and the flags of where it is."""
+    curve = require_array("curve", curve, shape, finite=False)
+    valid = np.ones(curve.shape[-1], bool) if valid is None else np.asarray(valid)
+    if valid.dtype != bool or valid.shape not in (curve.shape, curve.shape[-1:]):
+        raise ArgumentError(
+            f"valid is {valid.dtype} of shape {valid.shape}; pass one bool a value of curve."
+        )
+    remedy = "finite numbers, or mark the others as not valid"
+    return require_array("curve", np.where(valid, curve, 0.0), remedy=remedy), valid
+
+
+def _width_over_height(stack):
+    """The walks' curves, shape (walks, frames), 0 where there is no box."""
+    empty = np.zeros(stack.valid.shape)
+    return np.divide(stack.curves[W], stack.curves[H], out=empty, where=stack.valid)
 
 
 def _find_period(curve, valid, search):
@@ -380,9 +384,8 @@ def _autocorrelate(curves, valid):
     """`autocorrelation` of curves within −1 … 1 that are 0 where not valid."""
     n = curves.shape[-1]
     size = next_fast_len(2 * n, real=True)  # so that the end does not meet the beginning
-    spectrum, power, mask = (
-        rfft(values, size) for values in (curves, curves**2, valid.astype(float))
-    )
+    held = (curves, curves**2, valid.astype(float))
+    spectrum, power, mask = (rfft(values, size) for values in held)
 
     def lagged(earlier, later):
         return irfft(np.conj(earlier) * later, size)[..., :n]
@@ -391,13 +394,9 @@ def _autocorrelate(curves, valid):
     power = np.maximum(lagged(power, mask), 0) * np.maximum(lagged(mask, power), 0)
     total = (curves**2).sum(axis=-1, keepdims=True)
     sound = power > (1e-12 * total) ** 2  # below that, rounding in the transform
-    return np.clip(
-        np.divide(
-            lagged(spectrum, spectrum), np.sqrt(power), out=np.zeros(power.shape), where=sound
-        ),
-        -1.0,
-        1.0,
-    )
+    meeting = lagged(spectrum, spectrum)
+    like = np.divide(meeting, np.sqrt(power), out=np.zeros(power.shape), where=sound)
+    return np.clip(like, -1.0, 1.0)
 
 
 def _highest_peak(r, first, last):
@@ -452,14 +451,3 @@ def _white_noise(length):
 @lru_cache(maxsize=4)
 def _draw_noise(length):
     return np.random.default_rng(0).normal(size=(_DRAWS, _SETTLE + length))
-
-
-def as_numbers(name, values):
-    """`values` as an array of floats, or `ArgumentError`."""
-    try:
-        values = np.asarray(values)
-        if values.dtype.kind in "biufO":
-            return values.astype(float)
-    except (TypeError, ValueError):
-        pass
-    raise ArgumentError(f"{name} holds text or objects; pass finite real numbers.")

@@ -14,15 +14,18 @@ the feet alternate, step after step.  The line is fitted by generalised least sq
 that gait in its covariance, which makes short windows steadier and the interval honest.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from mcnlab.cameras.horizon import body_scale, estimate_cameras
 from mcnlab.checks import require_count, require_number
 from mcnlab.compass import direction_of
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError
 from mcnlab.regression import Line, fit_correlated, fit_lines_robust
 from mcnlab.tables import CX, CY, PRESENT, SEQUENCE, H, Y, uncut
@@ -75,7 +78,14 @@ class Track:
     frames: np.ndarray
 
 
-def measure_headings(recording, *, focal_length, window=None, shared="subject", cameras=None):
+def measure_headings(
+    recording: Recording,
+    *,
+    focal_length: float,
+    window: int | None = None,
+    shared: str = "subject",
+    cameras: Mapping | None = None,
+) -> pd.DataFrame:
     """The heading of every walk, or of every window of it, in closed form.
 
     heading = atan2( cos τ · d[(x − c)/s]/dt , f · d[1/s]/dt ), with s the pixels a body
@@ -109,6 +119,16 @@ def measure_headings(recording, *, focal_length, window=None, shared="subject", 
     ------
     McnError
         When the table is not sound, a number is out of range, or no walk is long enough.
+
+    Examples
+    --------
+    >>> from mcnlab import vision, walking
+    >>> headings = walking.measure_headings(vision.casia_a(), focal_length=400)
+    >>> headings.loc[:2, ["sequence", "heading", "direction"]].round(0)
+       sequence  heading  direction
+    0  fyc-00_1    273.0          7
+    1  fyc-00_2     90.0          3
+    2  fyc-00_3    270.0          7
     """
     require_number("focal_length", focal_length, above=0, unit="pixels")
     stack = recording.stack
@@ -187,7 +207,16 @@ class _Optics:
         )
 
 
-def fit_tracks(cx, y, h, cy, *, weights, optics, frame_rate):
+def fit_tracks(
+    cx: np.ndarray,
+    y: np.ndarray,
+    h: np.ndarray,
+    cy: np.ndarray,
+    *,
+    weights: ArrayLike,
+    optics: "_Optics",
+    frame_rate: float,
+) -> Track:
     """Straight walks through boxes, in body heights.
 
     Parameters
@@ -268,7 +297,7 @@ def _fit_with_gait(time, y, scale, white, trust, gait, count):
     return Line(fit[:, 1], fit[:, 0]), np.sqrt(uncertainty[:, 1, 1] * spread)
 
 
-def degrees_of_freedom(count):
+def degrees_of_freedom(count: ArrayLike) -> np.ndarray:
     """Of an interval from `count` boxes: two numbers are fitted, `TRUST` is lent."""
     return np.maximum(np.asarray(count) - 2, 0) + TRUST
 
@@ -306,7 +335,9 @@ def _cut_windows(stack, window):
     return walk[whole], start[whole], cut
 
 
-def estimate_focal_length(recording, *, shared="subject", low=100.0, high=2000.0):
+def estimate_focal_length(
+    recording: Recording, *, shared: str = "subject", low: float = 100.0, high: float = 2000.0
+) -> float:
     """The focal length at which each subject walks equally fast in all directions.
 
     Sideways speed is read without the focal length, speed in depth is proportional to
@@ -339,8 +370,8 @@ def estimate_focal_length(recording, *, shared="subject", low=100.0, high=2000.0
     reference = 1000.0
     walks = measure_headings(recording, focal_length=reference, shared=shared)
     who = subjects[walks[SEQUENCE]].to_numpy()
-    angle = np.radians(walks["heading"].to_numpy())
-    vx, vz = walks["speed"].to_numpy() * np.sin(angle), walks["speed"].to_numpy() * np.cos(angle)
+    angle, speed = np.radians(walks["heading"].to_numpy()), walks["speed"].to_numpy()
+    vx, vz = speed * np.sin(angle), speed * np.cos(angle)
     names, codes, counts = np.unique(who, return_inverse=True, return_counts=True)
     if (counts < 2).all():
         raise ArgumentError("recording has one walk a subject; equal pace needs two or more.")

@@ -1,5 +1,9 @@
 """Headings and speeds of real people outdoors, against where they truly walked."""
 
+from pathlib import Path
+
+import pandas as pd
+
 from mcnlab.cameras.horizon import find_place
 from mcnlab.checks import require_choice
 from mcnlab.compass import turn_between
@@ -17,7 +21,7 @@ TUD_FOCAL_LENGTH = 768.0
 SPEED_SECONDS = (0.5, 1.0, 2.0)  # windows of the speed tables
 
 
-def pets2009_headings():
+def pets2009_headings() -> pd.DataFrame:
     """Headings of the people of PETS 2009, from boxes and from world truth.
 
     Returns
@@ -34,17 +38,14 @@ def pets2009_headings():
     return HEADINGS.tables()[0]
 
 
-def measure_pets2009(folder):
+def measure_pets2009(folder: Path) -> pd.DataFrame:
     """Measure the headings of PETS 2009 from the recordings in `folder`."""
     boxes, calibration, positions = pets_files(folder)
     recording = pets.read_pets(boxes.parent)
     place = pets.read_tsai_place(calibration)
     world = motchallenge.read_mot_world(positions)
     headings = measure_headings(
-        recording,
-        focal_length=pets.PETS_FOCAL_LENGTH,
-        window=PETS_WINDOW,
-        shared="recording",
+        recording, focal_length=pets.PETS_FOCAL_LENGTH, window=PETS_WINDOW, shared="recording"
     )
     truth = true_headings(
         world, headings, place=place, window=PETS_WINDOW, frame_rate=recording.frame_rate
@@ -55,7 +56,7 @@ def measure_pets2009(folder):
     return table.round(dict.fromkeys(table.select_dtypes(float).columns, 4))
 
 
-def apparent_speeds(name):
+def apparent_speeds(name: str) -> pd.DataFrame:
     """Apparent, relative and true speed of real people, window by window.
 
     Parameters
@@ -76,7 +77,7 @@ def apparent_speeds(name):
     return SPEEDS[require_choice("name", name, tuple(SPEEDS))].tables()[0]
 
 
-def measure_pets2009_speeds(folder):
+def measure_pets2009_speeds(folder: Path) -> pd.DataFrame:
     """Measure the speeds of PETS 2009 from the recordings in `folder`."""
     boxes, calibration, positions = pets_files(folder)
     table = compare_speeds(
@@ -89,7 +90,7 @@ def measure_pets2009_speeds(folder):
     return _as_kept(table)
 
 
-def measure_tud_speeds(folder):
+def measure_tud_speeds(folder: Path) -> pd.DataFrame:
     """Measure the speeds of TUD-Stadtmitte from the recordings in `folder`."""
     positions = tud_files(folder)[0]
     recording = motchallenge.read_sequence(positions.parents[1])

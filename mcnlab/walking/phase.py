@@ -3,14 +3,16 @@
 Section 3.2.1 (c) and (d): curve → extrema → soft extrema dropped → envelope → mean line.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy.signal import find_peaks
 
 from mcnlab import tables
-from mcnlab.checks import require_choice, require_number
+from mcnlab.checks import require_all, require_array, require_choice, require_number
 from mcnlab.errors import ArgumentError
 from mcnlab.regression import Line, fit_line, fit_lines_robust
 from mcnlab.tables import FRAME, SEQUENCE, H, W
@@ -55,7 +57,9 @@ class Phase:
     complete: bool
 
 
-def find_extrema(curve, *, prominence=PROMINENCE, spacing=SPACING):
+def find_extrema(
+    curve: ArrayLike, *, prominence: float = PROMINENCE, spacing: int = SPACING
+) -> tuple[np.ndarray, np.ndarray]:
     """Positions of the maxima and the minima of a curve.
 
     Parameters
@@ -76,12 +80,7 @@ def find_extrema(curve, *, prominence=PROMINENCE, spacing=SPACING):
     ArgumentError
         When the curve is not a finite sequence, or a threshold is out of range.
     """
-    curve = np.asarray(curve, dtype=float)
-    if curve.ndim != 1 or not np.isfinite(curve).all():
-        raise ArgumentError(
-            f"curve has shape {curve.shape} or values that are not finite; pass one finite "
-            "number a frame."
-        )
+    curve = require_array("curve", curve, (None,))
     prominence, spacing, _ = _check_thresholds(prominence, spacing, SOFT_RULES[0])
     return _find_extrema(curve, prominence, spacing)
 
@@ -92,8 +91,18 @@ def _find_extrema(curve, prominence, spacing):
     return find_peaks(curve, **options)[0], find_peaks(-curve, **options)[0]
 
 
-def find_soft(frames, curve, maxima, minima, trend):
+def find_soft(
+    frames: np.ndarray, curve: np.ndarray, maxima: np.ndarray, minima: np.ndarray, trend: Line
+) -> tuple[np.ndarray, np.ndarray]:
     """Which extrema are soft: a maximum below the trend line, a minimum above it.
+
+    Parameters
+    ----------
+    frames, curve : ndarray, shape (n,)
+    maxima, minima : ndarray of int
+        Positions, from `find_extrema`.
+    trend : Line
+        Through the whole curve.
 
     Returns
     -------
@@ -104,7 +113,14 @@ def find_soft(frames, curve, maxima, minima, trend):
     return curve[maxima] < line[maxima], curve[minima] > line[minima]
 
 
-def measure_phase(frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line"):
+def measure_phase(
+    frames: ArrayLike,
+    curve: ArrayLike,
+    *,
+    prominence: float = PROMINENCE,
+    spacing: int = SPACING,
+    soft_rule: str = "line",
+) -> Phase:
     """The phase of one curve, as the thesis finds it.
 
     Parameters
@@ -127,16 +143,10 @@ def measure_phase(frames, curve, *, prominence=PROMINENCE, spacing=SPACING, soft
     ArgumentError
         When there are fewer than three frames, or an argument is out of range.
     """
-    frames, curve = np.asarray(frames, dtype=float), np.asarray(curve, dtype=float)
-    if frames.ndim != 1 or frames.shape != curve.shape or len(frames) < 3:
-        raise ArgumentError(
-            f"frames has shape {frames.shape} and curve {curve.shape}; a phase needs one value "
-            "a frame, three frames or more."
-        )
-    if not np.isfinite(frames).all() or (np.diff(frames) <= 0).any():
-        raise ArgumentError("frames must be finite and rise; sort them and drop repeated ones.")
-    if not np.isfinite(curve).all():
-        raise ArgumentError("curve holds values that are not finite; drop those frames.")
+    remedy = "three frames or more, finite and rising"
+    frames = require_array("frames", frames, (None,), least=3, remedy=remedy)
+    curve = require_array("curve", curve, frames.shape)
+    require_all("frames", frames[1:], np.diff(frames) > 0, "sort them and drop repeated ones")
     return _find_phase(frames, curve, *_check_thresholds(prominence, spacing, soft_rule))
 
 
@@ -166,8 +176,13 @@ def _find_phase(frames, curve, prominence, spacing, soft_rule):
 
 
 def measure_phases(
-    boxes, *, prominence=PROMINENCE, spacing=SPACING, soft_rule="line", dimensions=(H, W)
-):
+    boxes: pd.DataFrame,
+    *,
+    prominence: float = PROMINENCE,
+    spacing: int = SPACING,
+    soft_rule: str = "line",
+    dimensions: Iterable[str] = (H, W),
+) -> pd.DataFrame:
     """The thesis's phases of every walk.
 
     Parameters
@@ -189,6 +204,16 @@ def measure_phases(
     ------
     TableError, ArgumentError
         When the table is not sound, or a walk has fewer than three frames.
+
+    Examples
+    --------
+    >>> from mcnlab import vision, walking
+    >>> boxes = vision.casia_a().boxes
+    >>> walk = boxes[boxes["sequence"] == "fyc-00_1"]
+    >>> walking.measure_phases(walk)[["m_h", "m_w"]].round(2)
+               m_h   m_w
+    sequence
+    fyc-00_1 -0.04 -0.01
     """
     tables.check_boxes(boxes)
     frames = boxes[FRAME].to_numpy(float)
@@ -212,7 +237,9 @@ def measure_phases(
     return pd.DataFrame(rows, index=pd.Index(names, name=SEQUENCE))
 
 
-def relative_growth(time, curve, *, weights=None):
+def relative_growth(
+    time: ArrayLike, curve: ArrayLike, *, weights: ArrayLike | None = None
+) -> np.ndarray:
     """How fast a curve grows, as a share of itself: d(log curve)/dt.
 
     Twice as near, a walker is twice as tall in the image and grows twice as fast in
@@ -243,9 +270,7 @@ def relative_growth(time, curve, *, weights=None):
     A robust line through log(curve).  A pixel of noise in the curve is 1/curve in its
     logarithm, so frames are weighed by curve².
     """
-    curve = np.asarray(curve, dtype=float)
-    if not (curve > 0).all():
-        raise ArgumentError("curve holds values that are not positive; a box has a size.")
+    curve = require_array("curve", curve, above=0)
     weights = np.ones(curve.shape) if weights is None else np.asarray(weights, dtype=float)
     line, _ = fit_lines_robust(time, np.log(curve), weights=weights * curve**2)
     return line.slope

@@ -7,10 +7,14 @@ up to 1 % of the frame's width, v2 up to 5 %, v3 above.  The thesis's middle lin
 p tells of the place as much as of the pace; `level_like` holds it against true speed.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
-from mcnlab.checks import require_array, require_count, require_number
+from mcnlab.checks import require_array, require_count, require_labels, require_number
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.regression import fit_lines_robust
 from mcnlab.statistics import Estimate, _draw_people
@@ -25,7 +29,7 @@ SECONDS = 1.0  # the thesis's f frames
 MOST_FRAMES = 1e9  # no recording is longer
 
 
-def frames_of(seconds, frame_rate):
+def frames_of(seconds: float, frame_rate: float) -> int:
     """The thesis's f: how many frames a window of `seconds` has.
 
     Parameters
@@ -50,7 +54,9 @@ def frames_of(seconds, frame_rate):
     return frames
 
 
-def displacement_of(recording, *, seconds=SECONDS, step=None):
+def displacement_of(
+    recording: Recording, *, seconds: float = SECONDS, step: int | None = None
+) -> pd.DataFrame:
     """The displacement p of every walker's centroid, window by window.
 
     A window is f frames.  p is the straight line between the centroids at its two ends.
@@ -74,7 +80,7 @@ def displacement_of(recording, *, seconds=SECONDS, step=None):
         One row a window whose two boxes span at least 60 % of it: ``sequence, frame`` (the
         window's first), ``pixels`` (p, pixels a second), ``sideways`` (its part to the
         right, pixels a second).  Boxes at the frame's edge are not used, as in
-        `direction.uncut`: half a walker has another centroid.
+        `tables.uncut`: half a walker has another centroid.
 
     Raises
     ------
@@ -121,7 +127,9 @@ def _starts_of(length, window, step):
     return walk, place * step
 
 
-def level_of(p, *, frame_width, slow=SLOW, fast=FAST):
+def level_of(
+    p: ArrayLike, *, frame_width: float, slow: float = SLOW, fast: float = FAST
+) -> np.ndarray:
     """The speed level 1, 2 or 3 of a displacement (thesis section 3.2.2).
 
     Parameters
@@ -147,13 +155,18 @@ def level_of(p, *, frame_width, slow=SLOW, fast=FAST):
     fast = require_number("fast", fast, low=0, unit="share of the frame's width")
     if fast < slow:
         raise ArgumentError(f"fast is {fast:g}, below slow, {slow:g}; pass fast ≥ slow.")
-    p = require_array("p", p, finite=False)
-    if not (np.isfinite(p) & (p >= 0)).all():
-        raise ArgumentError("p holds values that are negative or not finite; pass pixels.")
+    p = require_array("p", p, low=0)
     return 1 + (p > slow * frame_width).astype(int) + (p > fast * frame_width)
 
 
-def bin_speeds(recording, *, seconds=SECONDS, step=None, slow=SLOW, fast=FAST):
+def bin_speeds(
+    recording: Recording,
+    *,
+    seconds: float = SECONDS,
+    step: int | None = None,
+    slow: float = SLOW,
+    fast: float = FAST,
+) -> pd.DataFrame:
     """Every window of every track with its level.
 
     Parameters
@@ -169,6 +182,13 @@ def bin_speeds(recording, *, seconds=SECONDS, step=None, slow=SLOW, fast=FAST):
     pandas.DataFrame
         As of `displacement_of`, with ``share`` (p as a share of the frame's width) and
         ``level`` (1, 2, 3).
+
+    Examples
+    --------
+    >>> from mcnlab import vision, walking
+    >>> windows = walking.bin_speeds(vision.casia_a())
+    >>> windows["level"].value_counts().sort_index().to_dict()
+    {1: 1, 2: 136, 3: 541}
     """
     table = displacement_of(recording, seconds=seconds, step=step)
     level = level_of(table["pixels"], frame_width=recording.frame_width, slow=slow, fast=fast)
@@ -179,7 +199,14 @@ WALKING = 0.6  # m/s; who is slower lingers, and a ratio to his speed is noise
 PASSING = 0.3  # m/s across the view, likewise
 
 
-def compare_speeds(recording, world, *, place, focal_length, seconds=(SECONDS,)):
+def compare_speeds(
+    recording: Recording,
+    world: pd.DataFrame,
+    *,
+    place: ArrayLike,
+    focal_length: float,
+    seconds: Iterable[float] = (SECONDS,),
+) -> pd.DataFrame:
     """Apparent speed, speed in body heights and true speed, window by window.
 
     Parameters
@@ -209,9 +236,10 @@ def compare_speeds(recording, world, *, place, focal_length, seconds=(SECONDS,))
     McnError
         When a number is out of range, or no window has a true motion.
     """
-    camera = np.asarray(place, dtype=float)
-    if camera.shape not in ((2,), (3,)) or not np.isfinite(camera).all():
-        raise ArgumentError("place must be two or three finite numbers; pass world metres.")
+    remedy = "two or three finite numbers, world metres"
+    camera = require_array("place", place, (None,), least=2, remedy=remedy)
+    if len(camera) > 3:
+        raise ArgumentError(f"place has {len(camera)} numbers; pass {remedy}.")
     height = camera[2] if len(camera) == 3 else 0.0
     tables = []
     for length in seconds:
@@ -228,9 +256,7 @@ def compare_speeds(recording, world, *, place, focal_length, seconds=(SECONDS,))
         held = pd.DataFrame(
             {
                 "seconds": float(length),
-                SEQUENCE: table[SEQUENCE],
-                FRAME: table[FRAME],
-                "pixels": table["pixels"],
+                **table[[SEQUENCE, FRAME, "pixels"]],
                 "sideways": table["sideways"].abs(),
                 "share": table["pixels"] / recording.frame_width,
                 "body_heights": table["speed"],
@@ -247,11 +273,20 @@ def compare_speeds(recording, world, *, place, focal_length, seconds=(SECONDS,))
     return table
 
 
-def distance_slope(speed, true_speed, distance, people, *, least=WALKING, draws=1000, seed=0):
+def distance_slope(
+    speed: ArrayLike,
+    true_speed: ArrayLike,
+    distance: ArrayLike,
+    people: ArrayLike,
+    *,
+    least: float = WALKING,
+    draws: int = 1000,
+    seed: int = 0,
+) -> Estimate | None:
     """How a measure of speed depends on distance: the slope of log(speed/true) on log distance.
 
     −1: the measure halves when the distance doubles; 0: it does not depend on distance.  The
-    line is robust (`lines.fit_lines_robust`), the interval from drawing whole people.
+    line is robust (`regression.fit_lines_robust`), the interval from drawing whole people.
 
     Parameters
     ----------
@@ -298,7 +333,16 @@ def distance_slope(speed, true_speed, distance, people, *, least=WALKING, draws=
     return Estimate(slope, float(low), float(high), len(names))
 
 
-def misordered(true_speed, level, people, *, lower=2, upper=3, draws=1000, seed=0):
+def misordered(
+    true_speed: ArrayLike,
+    level: ArrayLike,
+    people: ArrayLike,
+    *,
+    lower: int = 2,
+    upper: int = 3,
+    draws: int = 1000,
+    seed: int = 0,
+) -> Estimate | None:
     """How often a window of a lower level is truly faster than one of a higher level.
 
     Parameters
@@ -339,7 +383,7 @@ def misordered(true_speed, level, people, *, lower=2, upper=3, draws=1000, seed=
     return Estimate(share, float(low), float(high), names)
 
 
-def level_like(values, level):
+def level_like(values: ArrayLike, level: ArrayLike) -> np.ndarray:
     """Levels by another measure, as many windows in each: who would be where.
 
     Parameters
@@ -353,12 +397,8 @@ def level_like(values, level):
     -------
     ndarray of int, shape (n,)
     """
-    values, level = np.asarray(values, dtype=float), np.asarray(level)
-    if values.shape != level.shape or values.ndim != 1 or not np.isfinite(values).all():
-        raise ArgumentError(
-            f"values has shape {values.shape}, level {level.shape}; pass a finite number and a "
-            "level a window."
-        )
+    level = require_labels("level", level)
+    values = require_array("values", values, level.shape)
     found = np.empty_like(level)
     found[np.argsort(values, kind="stable")] = np.sort(level)
     return found
@@ -366,15 +406,6 @@ def level_like(values, level):
 
 def _check_windows(people, **columns):
     """The columns as finite floats of one length, and the number of each one's person."""
-    codes = np.unique(np.asarray(people, dtype=str), return_inverse=True)[1]
-    held = []
-    for name, values in columns.items():
-        values = require_array(name, values, finite=False)
-        if values.shape != codes.shape or values.ndim != 1 or len(values) == 0:
-            raise ArgumentError(
-                f"{name} has shape {values.shape}, people {codes.shape}; pass one of each a window."
-            )
-        if not np.isfinite(values).all():
-            raise ArgumentError(f"{name} holds values that are not finite; drop those windows.")
-        held.append(values)
+    codes = np.unique(require_labels("people", people).astype(str), return_inverse=True)[1]
+    held = [require_array(name, values, codes.shape, least=1) for name, values in columns.items()]
     return (*held, codes)

@@ -2,13 +2,16 @@
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.errors import DatasetError
 from mcnlab.regression import fit_lines
 from mcnlab.tables import FRAME, SEQUENCE, WORLD_X, WORLD_Y, check_columns
 
 
-def true_motion(world, windows, *, window, frame_rate):
+def true_motion(
+    world: pd.DataFrame, windows: pd.DataFrame, *, window: int, frame_rate: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Where each window's walker is and how he moves, by least-squares lines.
 
     Parameters
@@ -55,7 +58,14 @@ def true_motion(world, windows, *, window, frame_rate):
     return place, velocity
 
 
-def true_headings(world, windows, *, place, window, frame_rate):
+def true_headings(
+    world: pd.DataFrame,
+    windows: pd.DataFrame,
+    *,
+    place: ArrayLike,
+    window: int,
+    frame_rate: float,
+) -> pd.DataFrame:
     """The true heading against the line of sight, and the true speed, in each window.
 
     Parameters

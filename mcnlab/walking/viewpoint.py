@@ -4,25 +4,25 @@ The thesis shows three views, in which gait cycles become gradually detectable (
 Figure 2.2).  Here they become a curve over the view angle σ: 0 = frontal, 90 = square-on.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-from pandas.api.types import is_numeric_dtype
+from numpy.typing import ArrayLike
 
 from mcnlab.cameras.camera import Camera
-from mcnlab.checks import require_count, require_number
+from mcnlab.checks import require_array, require_count, require_kind, require_number
 from mcnlab.compass import heading_of
 from mcnlab.errors import ArgumentError, SilhouetteError, TableError
 from mcnlab.synthetic.body import draw_body
-from mcnlab.synthetic.noise import add_noise
+from mcnlab.synthetic.noise import SegmentationNoise, add_noise
 from mcnlab.synthetic.walkers import make_walk
 from mcnlab.tables import SEQUENCE, check_columns
 from mcnlab.vision.silhouettes import measure_sequence
-from mcnlab.walking.gait import as_numbers
 
 
-def view_angle(heading):
+def view_angle(heading: ArrayLike) -> np.ndarray | float:
     """The angle σ between a walk and the camera's line of sight.
 
     Parameters
@@ -35,13 +35,11 @@ def view_angle(heading):
     ndarray or float
         Degrees, 0 (frontal or from behind) … 90 (square-on).
     """
-    heading = as_numbers("heading", heading)
-    if not np.isfinite(heading).all():
-        raise ArgumentError("heading holds values that are not finite numbers; pass degrees.")
+    heading = require_array("heading", heading, remedy="finite degrees")
     return np.abs((heading + 90) % 180 - 90)[()]
 
 
-def view_angle_of(direction):
+def view_angle_of(direction: int) -> float:
     """The view angle σ of one of the eight directions, degrees: 0, 45 or 90."""
     if np.ndim(direction) != 0:
         raise ArgumentError(f"direction is {direction!r}; pass one at a time, 1 to 8.")
@@ -49,8 +47,15 @@ def view_angle_of(direction):
 
 
 def record_at_angles(
-    angles, *, subjects=8, seed=0, noises=(None,), distance=6.5, n_frames=60, view=None
-):
+    angles: ArrayLike,
+    *,
+    subjects: int = 8,
+    seed: int = 0,
+    noises: Sequence[SegmentationNoise | None] = (None,),
+    distance: float = 6.5,
+    n_frames: int = 60,
+    view: Camera | None = None,
+) -> tuple[list[pd.DataFrame], pd.DataFrame]:
     """Synthetic walkers filmed from several view angles, and the truth about their steps.
 
     Each person walks at each angle twice: once going, to one side, once coming, to the
@@ -86,15 +91,11 @@ def record_at_angles(
     ArgumentError
         When an angle is out of range, there is none, or a noise hides every walker.
     """
-    try:
-        angles, noises = list(angles), list(noises)
-    except TypeError as fault:
-        raise ArgumentError(f"angles or noises: {fault}; pass a list of each.") from fault
-    angles = [require_number("angles", angle, low=0, high=90, unit="degrees") for angle in angles]
-    if not angles or len(set(angles)) != len(angles) or not noises:
-        raise ArgumentError("angles or noises are empty or repeat; pass each angle once.")
-    if view is not None and not isinstance(view, Camera):
-        raise ArgumentError(f"view is {view!r}; pass a Camera.")
+    angles = require_array("angles", angles, (None,), low=0, high=90, least=1).tolist()
+    noises = require_kind("noises", noises, (list, tuple), "a list of them")
+    if len(set(angles)) != len(angles) or not noises:
+        raise ArgumentError("angles repeat or noises are empty; pass each angle once.")
+    require_kind("view", view, (Camera, type(None)), "a Camera")
     subjects = require_count("subjects", subjects, low=1)
     seed = require_count("seed", seed)
     ways = [(angle, turned) for angle in angles for turned in (angle, angle - 180)]
@@ -131,7 +132,9 @@ def record_at_angles(
     return [pd.concat(table, ignore_index=True) for table in tables], truth.set_index(SEQUENCE)
 
 
-def detectability(gait, angles, *, steps=None, tolerance=0.1):
+def detectability(
+    gait: pd.DataFrame, angles: pd.Series, *, steps: pd.Series | None = None, tolerance: float = 0.1
+) -> pd.DataFrame:
     """How well steps show at each view angle.
 
     Parameters
@@ -171,9 +174,8 @@ def detectability(gait, angles, *, steps=None, tolerance=0.1):
     table = table.assign(angle=angles.astype(float), detected=detected)
     groups = table.groupby("angle")
     out = groups["detected"].agg(walks="size", detected="sum", share="mean")
-    out["peak"] = groups["peak"].median()
-    out["peak_low"] = groups["peak"].quantile(0.25)
-    out["peak_high"] = groups["peak"].quantile(0.75)
+    for name, share in (("peak", 0.5), ("peak_low", 0.25), ("peak_high", 0.75)):
+        out[name] = groups["peak"].quantile(share)
     out["swing"] = groups["swing"].median()
     if steps is None:
         medians = table[detected].groupby("angle")["step_s"].median()
@@ -185,7 +187,7 @@ def detectability(gait, angles, *, steps=None, tolerance=0.1):
     return out.reset_index()
 
 
-def half_peak_angle(table):
+def half_peak_angle(table: pd.DataFrame) -> float:
     """From square-on towards frontal, the angle at which half the peak is lost.
 
     Parameters
@@ -204,15 +206,11 @@ def half_peak_angle(table):
         When a column is missing or holds a value that is not a finite number, or the peak
         at the largest angle is not positive or does not fall to its half.
     """
-    check_columns(table, ("angle", "peak"), argument="table")
-    text = [name for name in ("angle", "peak") if not is_numeric_dtype(table[name])]
-    if text:
-        raise TableError(f"table holds text or objects in {', '.join(text)}; pass numbers.")
-    values = table[["angle", "peak"]].to_numpy(float)
-    if not np.isfinite(values).all():
-        row = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
-        raise TableError(f"table row {row} has an angle or a peak that is not finite; drop it.")
-    angle, peak = values[np.argsort(values[:, 0], kind="stable")].T
+    names = ("angle", "peak")
+    check_columns(table, names, argument="table")
+    angle, peak = (require_array(f"table's {n}", table[n], error=TableError) for n in names)
+    rising = np.argsort(angle, kind="stable")
+    angle, peak = angle[rising], peak[rising]
     below = np.flatnonzero(peak <= peak[-1] / 2) if len(peak) and peak[-1] > 0 else []
     if len(below) == 0:
         raise ArgumentError(
@@ -230,6 +228,5 @@ def _check_series(name, series, wanted, **bounds):
     missing = [sequence for sequence in wanted if sequence not in series.index]
     if missing:
         raise TableError(f"{name} lacks sequence(s) {', '.join(map(str, missing[:5]))}; add them.")
-    for value in series.unique():
-        require_number(name, value, **bounds)
+    require_array(name, series, **bounds)
     return series
