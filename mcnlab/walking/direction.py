@@ -154,11 +154,10 @@ def measure_phase_space(recording: Recording) -> pd.DataFrame:
     --------
     >>> from mcnlab import vision, walking
     >>> space = walking.measure_phase_space(vision.casia_a())
-    >>> space.loc[["fyc-00_1", "fyc-45_1"]].round(2)
-              height_growth  width_growth  sideways
-    sequence
-    fyc-00_1          -0.01          0.03     -0.77
-    fyc-45_1           0.12          0.16     -0.53
+    >>> space.loc[["fyc-00_1", "fyc-45_1"]].reset_index().round(2)
+       sequence  height_growth  width_growth  sideways
+    0  fyc-00_1          -0.01          0.03     -0.77
+    1  fyc-45_1           0.12          0.16     -0.53
     """
     stack = recording.stack
     time = np.arange(stack.valid.shape[1]) / recording.frame_rate

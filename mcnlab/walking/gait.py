@@ -191,10 +191,10 @@ def measure_gait(
     >>> from mcnlab import vision, walking
     >>> boxes = vision.casia_a().boxes
     >>> walk = boxes[boxes["sequence"] == "fyc-00_1"]
-    >>> walking.measure_gait(walk, frame_rate=25)[["step_s", "detectable"]].round(2)
-              step_s  detectable
-    sequence
-    fyc-00_1    0.52        True
+    >>> gait = walking.measure_gait(walk, frame_rate=25).reset_index()
+    >>> gait[["sequence", "step_s", "detectable"]].round(2)
+       sequence  step_s  detectable
+    0  fyc-00_1    0.52        True
     """
     search = _check_options(frame_rate, rhythm, periods, false_alarm)
     stack = tables.stack_sequences(boxes, (W, H))

@@ -210,10 +210,9 @@ def measure_phases(
     >>> from mcnlab import vision, walking
     >>> boxes = vision.casia_a().boxes
     >>> walk = boxes[boxes["sequence"] == "fyc-00_1"]
-    >>> walking.measure_phases(walk)[["m_h", "m_w"]].round(2)
-               m_h   m_w
-    sequence
-    fyc-00_1 -0.04 -0.01
+    >>> walking.measure_phases(walk)[["m_h", "m_w"]].reset_index().round(2)
+       sequence   m_h   m_w
+    0  fyc-00_1 -0.04 -0.01
     """
     tables.check_boxes(boxes)
     frames = boxes[FRAME].to_numpy(float)
