@@ -483,5 +483,5 @@ def test_levels_by_another_measure_hold_as_many(windows):
 
 @pytest.mark.parametrize(("values", "level"), [([1, 2], [1]), ([np.nan], [1]), (1.0, 2)])
 def test_levels_by_another_measure_need_one(values, level):
-    with pytest.raises(ArgumentError, match="values|level"):
+    with pytest.raises(ArgumentError, match=r"values|level"):
         speed.level_like(values, level)
