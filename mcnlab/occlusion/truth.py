@@ -3,6 +3,7 @@
 Boxes are those of `mcnlab.tables`, which says what pixels they cover.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ class Truth(NamedTuple):
     y: np.ndarray
 
 
-def find_occlusions(first: tuple, second: tuple, both: np.ndarray, *, cover: float) -> Truth:
+def find_occlusions(first: Sequence, second: Sequence, both: np.ndarray, *, cover: float) -> Truth:
     """When and where pairs of boxes first cover each other, after the moment itself.
 
     Parameters
@@ -49,7 +50,7 @@ def find_occlusions(first: tuple, second: tuple, both: np.ndarray, *, cover: flo
     return Truth(covers[:, 0], occludes, frame, x, y)
 
 
-def cover_of(first: tuple, second: tuple) -> np.ndarray:
+def cover_of(first: Sequence, second: Sequence) -> np.ndarray:
     """The intersection of boxes as a share of the smaller box.
 
     Parameters
@@ -70,7 +71,7 @@ def cover_of(first: tuple, second: tuple) -> np.ndarray:
     return _share(_require_boxes("first", first), _require_boxes("second", second))
 
 
-def middle_of(first: tuple, second: tuple) -> tuple[np.ndarray, np.ndarray]:
+def middle_of(first: Sequence, second: Sequence) -> tuple[np.ndarray, np.ndarray]:
     """The middle of two boxes' intersection (of the gap, where they are apart), pixels.
 
     A box covers pixels x … x + w − 1, so its middle is x + (w − 1)/2; see `mcnlab.tables`.
@@ -94,7 +95,7 @@ def _require_boxes(name: str, box: tuple[ArrayLike, ...]) -> list[np.ndarray]:
     ]
 
 
-def _share(first: tuple, second: tuple) -> np.ndarray:
+def _share(first: Sequence, second: Sequence) -> np.ndarray:
     """`cover_of`, unchecked; 0 where a box is empty."""
     (x, y, w, h), (u, v, a, b) = first, second
     across = np.minimum(x + w, u + a) - np.maximum(x, u)
