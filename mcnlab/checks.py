@@ -55,10 +55,12 @@ def require_number(
     return float(value)
 
 
-def require_count(name: str, value: Any, *, low: int = 0) -> int:
-    """Return `value` as an int of at least `low`, or raise `ArgumentError`."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < low:
-        raise ArgumentError(f"{name} is {value!r}; pass a whole number of at least {low}.")
+def require_count(name: str, value: Any, *, low: int = 0, high: int | None = None) -> int:
+    """Return `value` as an int of at least `low`, and at most `high`, or raise `ArgumentError`."""
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not whole or value < low or (high is not None and value > high):
+        most = "" if high is None else f" and at most {high}"
+        raise ArgumentError(f"{name} is {value!r}; pass a whole number of at least {low}{most}.")
     return int(value)
 
 

@@ -24,7 +24,13 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from mcnlab.checks import require_choice, require_count, require_number
+from mcnlab.checks import (
+    require_array,
+    require_choice,
+    require_count,
+    require_kind,
+    require_number,
+)
 from mcnlab.errors import ArgumentError, McnError, SilhouetteError
 from mcnlab.regression import fit_lines_robust
 from mcnlab.tables import FRAME, H, W, X, Y
@@ -252,15 +258,11 @@ def _ground_along(to_ground, points):
 def _ground_at(to_ground, points):
     """The ground at some points; None where one of them sees the sky."""
     try:
-        ground = np.asarray(to_ground(points), dtype=float)
+        ground = to_ground(points)
     except McnError:
         return None
-    if ground.shape != points.shape:
-        raise ArgumentError(
-            f"to_ground gives the shape {ground.shape} for points of {points.shape}; it must give "
-            "x and y of each."
-        )
-    return ground
+    remedy = "a function that gives x and y of each point"
+    return require_array("to_ground", ground, points.shape, finite=False, remedy=remedy)
 
 
 def person_sizes(widths, height):
@@ -287,11 +289,10 @@ def person_sizes(widths, height):
     """
     at = np.argwhere(widths > 0)[:, ::-1].astype(float)
     if callable(height):
-        values = np.asarray(height(at), dtype=float)
+        remedy = "a function that gives one finite number of pixels for each image point"
+        values = require_array("height", height(at), (len(at),), remedy=remedy)
     else:
         values = np.full(len(at), require_number("height", height, above=0, unit="pixels"))
-    if values.shape != (len(at),) or not np.isfinite(values).all():
-        raise ArgumentError("height must give one finite number of pixels for each image point.")
     if not (values >= SMALLEST).any():
         raise ArgumentError(
             f"height is less than {SMALLEST:g} pixels everywhere; nobody can be made out."
@@ -365,14 +366,12 @@ class FeetFinder:
     """
 
     def __init__(self, sizes, *, least_fill=LEAST_FILL, least_new=LEAST_NEW):
-        if not isinstance(sizes, PersonSizes):
-            raise ArgumentError(f"sizes is a {type(sizes).__name__}; pass what person_sizes gives.")
-        tall, wide = (np.asarray(part, dtype=float) for part in sizes)
-        sound = tall.ndim == 2 and wide.shape == tall.shape and np.isfinite([tall, wide]).all()
-        if not sound or not (tall > 0).any() or (wide[tall > 0] <= 0).any():
+        require_kind("sizes", sizes, PersonSizes, "what person_sizes gives")
+        tall = require_array("sizes.tall", sizes.tall, ("rows", "columns"))
+        wide = require_array("sizes.wide", sizes.wide, tall.shape)
+        if not (tall > 0).any() or (wide[tall > 0] <= 0).any():
             raise ArgumentError(
-                "sizes must be two finite images of pixels, wide positive where tall is, and that "
-                "somewhere; see person_sizes."
+                "sizes must be positive somewhere, and wide where tall is; see person_sizes."
             )
         self.shape = tall.shape
         self.least_fill = require_number("least_fill", least_fill, above=0, high=1)
@@ -479,14 +478,8 @@ def find_feet(mask, sizes, **options):
 
 def _check_mask(mask, shape, *, argument="sizes"):
     """A copy of `mask`: 1 where it is not 0; `argument` is what it must agree with."""
-    mask = np.asarray(mask)
-    if mask.shape != shape:
-        raise ArgumentError(
-            f"mask has the shape {mask.shape}, {argument} {shape}; they must agree."
-        )
-    if mask.dtype.kind not in "buif" or (mask.dtype.kind == "f" and not np.isfinite(mask).all()):
-        raise ArgumentError("mask must hold finite numbers; fill or drop the others.")
-    return (mask != 0).astype(np.uint8)
+    remedy = f"finite numbers of the shape of {argument}, {shape}"
+    return (require_array("mask", mask, shape, remedy=remedy) != 0).astype(np.uint8)
 
 
 def detect_feet(masks, sizes, to_ground, **options):

@@ -32,8 +32,15 @@ from typing import Final
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mcnlab.checks import require_choice, require_count, require_number
+from mcnlab.checks import (
+    require_array,
+    require_choice,
+    require_count,
+    require_like,
+    require_number,
+)
 from mcnlab.datasets.middlebury import UNKNOWN
 from mcnlab.errors import ArgumentError
 
@@ -71,18 +78,18 @@ _CHECK_EVERY: Final = 5  # iterations between two looks at the update
 
 
 def horn_schunck(
-    first,
-    second,
+    first: ArrayLike,
+    second: ArrayLike,
     *,
-    alpha=ALPHA,
-    iterations=15,
-    levels="auto",
-    warps=2,
-    tolerance=1e-3,
-    presmooth=0.5,
-    median=2,
-    relaxation=1.6,
-):
+    alpha: float = ALPHA,
+    iterations: int = 15,
+    levels: int | str = "auto",
+    warps: int = 2,
+    tolerance: float = 1e-3,
+    presmooth: float = 0.5,
+    median: int = 2,
+    relaxation: float = 1.6,
+) -> np.ndarray:
     """Horn and Schunck's flow from coarse to fine, for motions of many pixels.
 
     Each level of a pyramid starts from the flow of the coarser one, warps the second frame
@@ -131,16 +138,25 @@ def horn_schunck(
     ArgumentError
         When the frames are not two grey images of one size with finite values, or an
         option is out of range.
+
+    Examples
+    --------
+    Ripples that move three pixels to the right.
+
+    >>> import numpy as np
+    >>> y, x = np.mgrid[:64, :64]
+    >>> first, second = (100 + 50 * np.sin(x / 5 - at) * np.cos(y / 7) for at in (0, 0.6))
+    >>> horn_schunck(first, second)[32, 32].round(1)
+    array([3., 0.], dtype=float32)
     """
     first, second = _check_frames(first, second)
     alpha = require_number("alpha", alpha, above=0, high=_STIFFEST, unit="grey levels")
-    _check_count("iterations", iterations, 1, _MOST)
-    _check_count("warps", warps, 1, _MOST_WARPS)
-    _check_count("median", median, 0, _MOST_WARPS)
+    require_count("iterations", iterations, low=1, high=_MOST)
+    require_count("warps", warps, low=1, high=_MOST_WARPS)
+    require_count("median", median, low=0, high=_MOST_WARPS)
     require_number("tolerance", tolerance, low=0, unit="pixels")
     presmooth = require_number("presmooth", presmooth, low=0, high=100, unit="pixels")
-    relaxation = require_number("relaxation", relaxation, above=0)
-    if relaxation >= 2:
+    if require_number("relaxation", relaxation, above=0) >= 2:
         raise ArgumentError(f"relaxation is {relaxation}; pass a number below 2.")
     levels = _check_levels(levels, first.shape)
 
@@ -171,7 +187,15 @@ def horn_schunck(
     return cv2.merge([u, v])
 
 
-def horn_schunck_plain(first, second, *, alpha=ALPHA, iterations=100, tolerance=0.0, presmooth=0.5):
+def horn_schunck_plain(
+    first: ArrayLike,
+    second: ArrayLike,
+    *,
+    alpha: float = ALPHA,
+    iterations: int = 100,
+    tolerance: float = 0.0,
+    presmooth: float = 0.5,
+) -> np.ndarray:
     """Horn and Schunck's flow as in 1981: one level, their iteration, from rest.
 
     Each iteration puts the neighbours' mean flow in each pixel's place and corrects it by
@@ -211,7 +235,7 @@ def horn_schunck_plain(first, second, *, alpha=ALPHA, iterations=100, tolerance=
     )
 
 
-def dis(first, second, *, preset="medium"):
+def dis(first: ArrayLike, second: ArrayLike, *, preset: str = "medium") -> np.ndarray:
     """Dense inverse search (Kroeger et al.), OpenCV's.
 
     Parameters
@@ -245,7 +269,16 @@ def dis(first, second, *, preset="medium"):
         ) from fault
 
 
-def farneback(first, second, *, levels=5, window=15, iterations=10, neighbourhood=5, spread=1.1):
+def farneback(
+    first: ArrayLike,
+    second: ArrayLike,
+    *,
+    levels: int = 5,
+    window: int = 15,
+    iterations: int = 10,
+    neighbourhood: int = 5,
+    spread: float = 1.1,
+) -> np.ndarray:
     """Farnebäck's polynomial expansion, OpenCV's.
 
     Near the edges it may find a few hundredths of a pixel where nothing has changed.  The
@@ -278,9 +311,9 @@ def farneback(first, second, *, levels=5, window=15, iterations=10, neighbourhoo
     ArgumentError
         As in `dis`, and when an option is out of range.
     """
-    _check_count("levels", levels, 1, _MOST_LEVELS)
-    _check_count("window", window, 2, _WIDEST)
-    _check_count("iterations", iterations, 1, _MOST)
+    require_count("levels", levels, low=1, high=_MOST_LEVELS)
+    require_count("window", window, low=2, high=_WIDEST)
+    require_count("iterations", iterations, low=1, high=_MOST)
     require_choice("neighbourhood", neighbourhood, (5, 7))
     spread = require_number("spread", spread, above=0, high=_BROADEST, unit="pixels")
     first, second = _check_8bit(*_check_frames(first, second))
@@ -300,7 +333,7 @@ METHODS: Final = MappingProxyType(
 )
 
 
-def end_point_error(flow, truth):
+def end_point_error(flow: ArrayLike, truth: ArrayLike) -> float:
     """Mean distance between a flow's arrows' ends and the true ones.
 
     Parameters
@@ -324,7 +357,7 @@ def end_point_error(flow, truth):
     return float(np.linalg.norm(flow - truth, axis=-1).mean())
 
 
-def moving_mask(flow, *, speed):
+def moving_mask(flow: ArrayLike, *, speed: float) -> np.ndarray:
     """Where something moves.
 
     Parameters
@@ -344,50 +377,25 @@ def moving_mask(flow, *, speed):
     ArgumentError
         When `flow` is no finite flow or `speed` is not positive.
     """
-    flow = _check_flow("flow", flow)
+    flow = _check_flow("flow", flow, finite=True)
     speed = require_number("speed", speed, above=0, unit="pixels a frame")
-    if not np.isfinite(flow).all():
-        raise ArgumentError(
-            "flow holds values that are not finite; fill or leave out those pixels."
-        )
     return np.where(np.hypot(flow[..., 0], flow[..., 1]) >= speed, np.uint8(255), np.uint8(0))
 
 
 def _check_frames(first, second):
-    """Both frames as contiguous arrays of finite real numbers, or raise."""
+    """Both frames as arrays of finite real numbers of one size, or raise."""
+    remedy = (
+        f"one grey image (height, width) of finite numbers, at most {_LONGEST} pixels a side; "
+        "cv2.cvtColor turns a colour image grey, cv2.inpaint fills gaps"
+    )
     frames = []
     for name, frame in (("first", first), ("second", second)):
-        try:
-            frame = np.asarray(frame)
-        except ValueError as fault:
-            raise ArgumentError(f"{name} is not an image ({fault}); pass a 2-D array.") from fault
-        if frame.ndim == 3 and frame.shape[2] in (3, 4):
-            raise ArgumentError(
-                f"{name} has shape {frame.shape}, a colour image; turn it grey first, "
-                "as with cv2.cvtColor."
-            )
-        if frame.ndim != 2 or frame.size == 0:
-            raise ArgumentError(
-                f"{name} has shape {frame.shape}; pass one grey image (height, width)."
-            )
-        if frame.dtype.kind not in "uif":
-            raise ArgumentError(
-                f"{name} holds {frame.dtype} values; pass grey levels, integers or floats."
-            )
-        if max(frame.shape) > _LONGEST:
-            raise ArgumentError(
-                f"{name} has shape {frame.shape}; a side may have {_LONGEST} pixels: shrink it."
-            )
-        if not np.isfinite(frame).all():
-            raise ArgumentError(
-                f"{name} holds NaN or infinite pixels; fill them in, as with cv2.inpaint."
-            )
+        require_array(name, frame, ("height", "width"), remedy=remedy)
+        frame = np.asarray(frame)
+        if frame.dtype.kind not in "uif" or frame.size == 0 or max(frame.shape) > _LONGEST:
+            raise ArgumentError(f"{name} has shape {frame.shape} of {frame.dtype}; pass {remedy}.")
         frames.append(frame)
-    if frames[0].shape != frames[1].shape:
-        raise ArgumentError(
-            f"first has shape {frames[0].shape}, second {frames[1].shape}; pass two frames of "
-            "one size."
-        )
+    require_like(frames[0], of="first", second=frames[1])
     return frames
 
 
@@ -408,23 +416,13 @@ def _check_8bit(first, second):
     return frames
 
 
-def _check_count(name, value, low, high):
-    if require_count(name, value, low=low) > high:
-        raise ArgumentError(f"{name} is {value}; pass a whole number of at most {high}.")
-
-
 def _check_levels(levels, shape):
     short = min(shape)
-    most = max(1, (short // 4).bit_length())  # the coarsest is then some 4 pixels or more
-    if isinstance(levels, str) and levels == "auto":
-        return max(1, (short // _COARSEST).bit_length())
     if isinstance(levels, str):
-        raise ArgumentError(f"levels is {levels!r}; pass a whole number or 'auto'.")
-    if require_count("levels", levels, low=1) > most:
-        raise ArgumentError(
-            f"levels is {levels}; frames of {shape[1]}×{shape[0]} pixels allow at most {most}."
-        )
-    return int(levels)
+        require_choice("levels", levels, ("auto",))
+        return max(1, (short // _COARSEST).bit_length())
+    # The coarsest level is then some 4 pixels or more.
+    return require_count("levels", levels, low=1, high=max(1, (short // 4).bit_length()))
 
 
 def _in_units_of(alpha, first, second):
@@ -540,16 +538,8 @@ def _iterate(u, v, evidence, space, iterations, tolerance, relaxation):
     return now
 
 
-def _check_flow(name, flow):
-    try:
-        flow = np.asarray(flow)
-    except ValueError as fault:
-        raise ArgumentError(f"{name} is not a flow ({fault}); pass (height, width, 2).") from fault
-    if flow.ndim != 3 or flow.shape[2] != 2 or flow.size == 0 or flow.dtype.kind not in "uif":
-        raise ArgumentError(
-            f"{name} has shape {flow.shape} of {flow.dtype}; pass numbers (height, width, 2)."
-        )
-    return flow.astype(float)
+def _check_flow(name, flow, *, finite=False):
+    return require_array(name, flow, ("height", "width", 2), finite=finite, least=1)
 
 
 def _known(flow):
@@ -559,10 +549,7 @@ def _known(flow):
 def _check_truth(flow, truth):
     """Flow and truth of the known pixels, each (n, 2)."""
     flow, truth = _check_flow("flow", flow), _check_flow("truth", truth)
-    if flow.shape != truth.shape:
-        raise ArgumentError(
-            f"flow has shape {flow.shape}, truth {truth.shape}; pass the flow of the same frames."
-        )
+    require_like(truth, of="truth", flow=flow)
     known = _known(truth)
     if not known.any():
         raise ArgumentError("truth is unknown in every pixel; pass one that knows some.")

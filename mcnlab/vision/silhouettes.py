@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import median_filter
 
-from mcnlab.checks import require_count
+from mcnlab.checks import require_array, require_count
 from mcnlab.errors import ArgumentError, DatasetError, SilhouetteError
 from mcnlab.tables import AREA, CX, CY, FRAME, SEQUENCE, SUBJECT, H, W, X, Y
 
@@ -88,11 +88,7 @@ def find_body(mask, *, min_area=MIN_AREA):
     one, and are measured as one.
     """
     mask, window = _check_window(mask)
-    min_area = require_count("min_area", min_area, low=1)
-    found = _find_fragments(mask, window)
-    _check_foreground(found, mask.shape, min_area)
-    chosen = _join_fragments(found, min_area)
-    _check_single(found, chosen)
+    found, chosen = _find_walker(mask, window, require_count("min_area", min_area, low=1))
     x, y, w, h, cx, cy, area = _box(found, chosen)
     kept = np.isin(found.labels, 1 + np.flatnonzero(chosen))
     clean = np.zeros(mask.shape, np.uint8)
@@ -136,12 +132,8 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
     found, numbers, rows, fault = [], [], [], None
     for number, mask in enumerate(masks, start=1):
         numbers.append(number)
-        image, window = _check_window(mask)
         try:
-            fragments = _find_fragments(image, window)
-            _check_foreground(fragments, image.shape, min_area)
-            chosen = _join_fragments(fragments, min_area)
-            _check_single(fragments, chosen)
+            fragments, chosen = _find_walker(*_check_window(mask), min_area)
         except SilhouetteError as reason:
             fault = reason
             continue
@@ -156,16 +148,9 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
     table = np.array(rows)
     _mend(table, found, min_area)
     if frames is not None:
-        frames = np.asarray(frames, dtype=float)
-        if (
-            frames.shape != (len(numbers),)
-            or not (frames == np.round(frames)).all()
-            or (np.diff(frames) <= 0).any()
-        ):
-            raise ArgumentError(
-                f"frames must be {len(numbers)} rising whole numbers, one a mask; "
-                f"got shape {frames.shape}."
-            )
+        frames = require_array("frames", frames, (len(numbers),), dtype=int)
+        if (np.diff(frames) <= 0).any():
+            raise ArgumentError("frames must rise; pass the frames' numbers in order of time.")
         table[:, 0] = frames[table[:, 0].astype(int) - 1]
     names = (FRAME, X, Y, W, H, CX, CY, AREA)
     measured = {
@@ -315,6 +300,15 @@ def _check_window(mask):
         )
     image = (image != 0).astype(np.uint8) * 255
     return image, cv2.boundingRect(image)
+
+
+def _find_walker(mask, window, min_area):
+    """The fragments of a mask, and which of them are the walker."""
+    found = _find_fragments(mask, window)
+    _check_foreground(found, mask.shape, min_area)
+    chosen = _join_fragments(found, min_area)
+    _check_single(found, chosen)
+    return found, chosen
 
 
 class _Fragments(NamedTuple):

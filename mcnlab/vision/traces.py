@@ -14,9 +14,8 @@ from itertools import islice
 
 import numpy as np
 import pandas as pd
-from pandas.api.types import is_numeric_dtype
 
-from mcnlab.checks import require_number
+from mcnlab.checks import require_array, require_kind, require_number
 from mcnlab.errors import ArgumentError, TableError
 from mcnlab.tables import (
     FRAME,
@@ -204,18 +203,14 @@ def smooth(places, *, weights, stiffness, huber=2.0):
     """
     from scipy.linalg import solveh_banded
 
-    places, weights = np.asarray(places, dtype=float), np.asarray(weights, dtype=float)
+    places = require_array("places", places, ("n", 2))
+    weights = require_array("weights", weights, (len(places),), low=0)
     # Beyond this a walk is straight to a micrometre, and the system singular to rounding.
     stiffness = min(require_number("stiffness", stiffness, low=0), STIFFEST)
     huber = require_number("huber", huber, above=0)
     n = len(places)
-    if places.shape != (n, 2) or weights.shape != (n,) or not np.isfinite(places).all():
-        raise ArgumentError(
-            f"places has the shape {places.shape}, weights {weights.shape}; pass finite x, y and a "
-            "weight for each."
-        )
-    if not (weights >= 0).all() or not np.isfinite(weights).all() or (weights > 0).sum() < 2:
-        raise ArgumentError("weights must be finite and not negative, at least two positive.")
+    if (weights > 0).sum() < 2:
+        raise ArgumentError("weights must be positive for at least two places.")
     # stiffness·DᵀD in upper banded form, D the second differences.
     bands = np.zeros((3, n))
     difference = (1.0, -2.0, 1.0)
@@ -239,17 +234,16 @@ def _check_detections(detections):
     check_columns(detections, (FRAME, X, Y), argument="detections")
     if len(detections) == 0:
         raise TableError("detections has no rows; nobody moved.")
-    if not all(is_numeric_dtype(detections[name]) for name in (FRAME, X, Y)):
-        raise TableError("detections holds text or objects; convert frame, x and y to numbers.")
-    values = detections[[FRAME, X, Y]].to_numpy(float)
-    limits = [FRAME_LIMIT, PIXEL_LIMIT, PIXEL_LIMIT]
-    if not (np.isfinite(values) & (np.abs(values) <= limits)).all():
-        raise TableError("detections holds values that are not finite or vast; drop those rows.")
-    if (values[:, 0] != np.round(values[:, 0])).any():
-        raise TableError("detections has a fractional frame number; number frames 0, 1, 2, …")
+    frame, x, y = (
+        require_array(
+            f"detections.{name}", detections[name], low=-most, high=most, error=TableError
+        )
+        for name, most in ((FRAME, FRAME_LIMIT), (X, PIXEL_LIMIT), (Y, PIXEL_LIMIT))
+    )
+    frame = require_array(FRAME, frame, dtype=int, error=TableError)
     # Within a frame by place, so that the order of rows does not matter.
-    values = values[np.lexsort(values.T[::-1])]
-    return values[:, 0].astype(int), values[:, 1:]
+    order = np.lexsort((y, x, frame))
+    return frame[order], np.c_[x, y][order]
 
 
 def trace_video(
@@ -296,11 +290,7 @@ def trace_video(
         As the steps do.
     """
     mask_options = {} if mask_options is None else mask_options
-    if not isinstance(mask_options, dict):
-        raise ArgumentError(
-            f"mask_options is a {type(mask_options).__name__}; pass a dict, such as "
-            "{'speed': 0.8}."
-        )
+    require_kind("mask_options", mask_options, dict, "a dict, such as {'speed': 0.8}")
     check_mask_options(method, mask_options)
     masks = moving_masks(video, method=method, **mask_options)
     widths = trunk_widths((video.height, video.width), to_ground, coarsest=coarsest)
