@@ -433,7 +433,8 @@ def _highest_peak(r, first, last):
 def _null_rises(valid, memory, first, last):
     """Rises of simulated curves without rhythm, sorted; seeded, so always the same."""
     valid = np.frombuffer(valid, dtype=bool)
-    white = _white_noise(len(valid))
+    # The beginning of one long table, which walks of about one length share.
+    white = _draw_noise(64 * -(-len(valid) // 64))[:, : _SETTLE + len(valid)]
     rises = []
     for part in np.array_split(white, 1 + white.size // _BLOCK):
         noise = lfilter([1.0], [1.0, -memory], part, axis=-1)[:, _SETTLE:]
@@ -442,12 +443,7 @@ def _null_rises(valid, memory, first, last):
     return np.sort(np.concatenate(rises))
 
 
-def _white_noise(length):
-    """Normal noise, shape (_DRAWS, _SETTLE + length): the beginning of one long table."""
-    longest = 64 * -(-length // 64)
-    return _draw_noise(longest)[:, : _SETTLE + length]
-
-
 @lru_cache(maxsize=4)
 def _draw_noise(length):
+    """White noise, shape (_DRAWS, _SETTLE + length)."""
     return np.random.default_rng(0).normal(size=(_DRAWS, _SETTLE + length))

@@ -52,8 +52,7 @@ def measure_pets2009(folder: Path) -> pd.DataFrame:
     )
     table = headings.join(truth)
     table["error"] = turn_between(table["sight"], table["true_sight"])
-    # Rounded as they are kept, so that the bundled table and a new measurement agree.
-    return table.round(dict.fromkeys(table.select_dtypes(float).columns, 4))
+    return _as_kept(table)
 
 
 def apparent_speeds(name: str) -> pd.DataFrame:
@@ -107,7 +106,7 @@ def measure_tud_speeds(folder: Path) -> pd.DataFrame:
 
 
 def _as_kept(table):
-    """Speeds rounded as they are kept, so that the bundled table and a new one agree."""
+    """Measures rounded as they are kept, so that the bundled table and a new one agree."""
     places = dict.fromkeys(table.select_dtypes(float).columns, 4)
     return table.round(places | {"share": 6})
 

@@ -81,11 +81,8 @@ def find_extrema(
         When the curve is not a finite sequence, or a threshold is out of range.
     """
     curve = require_array("curve", curve, (None,))
-    prominence, spacing, _ = _check_thresholds(prominence, spacing, SOFT_RULES[0])
-    return _find_extrema(curve, prominence, spacing)
-
-
-def _find_extrema(curve, prominence, spacing):
+    prominence = require_number("prominence", prominence, low=0, unit="pixels")
+    spacing = require_number("spacing", spacing, low=1, unit="frames")
     # find_peaks needs a prominence above zero to leave plateaus of the whole curve out.
     options = {"prominence": max(prominence, 1e-9), "distance": spacing}
     return find_peaks(curve, **options)[0], find_peaks(-curve, **options)[0]
@@ -147,20 +144,8 @@ def measure_phase(
     frames = require_array("frames", frames, (None,), least=3, remedy=remedy)
     curve = require_array("curve", curve, frames.shape)
     require_all("frames", frames[1:], np.diff(frames) > 0, "sort them and drop repeated ones")
-    return _find_phase(frames, curve, *_check_thresholds(prominence, spacing, soft_rule))
-
-
-def _check_thresholds(prominence, spacing, soft_rule):
-    return (
-        require_number("prominence", prominence, low=0, unit="pixels"),
-        require_number("spacing", spacing, low=1, unit="frames"),
-        require_choice("soft_rule", soft_rule, SOFT_RULES),
-    )
-
-
-def _find_phase(frames, curve, prominence, spacing, soft_rule):
-    """`measure_phase` of what was checked before."""
-    maxima, minima = _find_extrema(curve, prominence, spacing)
+    require_choice("soft_rule", soft_rule, SOFT_RULES)
+    maxima, minima = find_extrema(curve, prominence=prominence, spacing=spacing)
     trend = fit_line(frames, curve)
     soft = np.zeros(0, int)
     if soft_rule == "line":
@@ -219,7 +204,7 @@ def measure_phases(
     curves = {
         require_choice("dimensions", key, (H, W)): boxes[key].to_numpy(float) for key in dimensions
     }
-    thresholds = _check_thresholds(prominence, spacing, soft_rule)
+    options = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
     rows, names = [], []
     for name, at in tables.split_sequences(boxes):
         if at.stop - at.start < 3:
@@ -228,7 +213,7 @@ def measure_phases(
             )
         row = {}
         for key, curve in curves.items():
-            phase = _find_phase(frames[at], curve[at], *thresholds)
+            phase = measure_phase(frames[at], curve[at], **options)
             row[f"m_{key}"], row[f"c_{key}"] = phase.mean
             row[f"complete_{key}"] = phase.complete
         rows.append(row)
