@@ -39,6 +39,10 @@ FILES = {
 }
 
 
+DRAWING = ("plotting", "figures", "widgets")
+TOOLS = {"style", "registry", "panel"}  # of the drawing rooms
+
+
 def imports_of(path):
     """The rooms and modules of mcnlab that a file imports, anywhere in it."""
     found = set()
@@ -86,3 +90,10 @@ def test_importing_the_package_imports_nothing_heavy():
     ).stdout.split()
     assert "mcnlab" in held
     assert not {"numpy", "pandas", "cv2", "scipy", "sklearn", "matplotlib"} & set(held)
+
+
+def test_drawing_modules_are_named_after_what_they_draw():
+    subjects = {part for name in FILES if room_of(name) in SCIENCE for part in name.split(".")}
+    for name in FILES:
+        if room_of(name) in DRAWING:
+            assert name.split(".")[1] in subjects | TOOLS, name

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -20,7 +21,7 @@ class NotebookError(McnError):
     """A notebook did not run to its end."""
 
 
-def choose_notebooks(only=None):
+def choose_notebooks(only: str | None = None) -> list[str]:
     """The notebooks' names in reading order, all or those whose name contains `only`.
 
     Raises
@@ -34,7 +35,7 @@ def choose_notebooks(only=None):
     return names
 
 
-def reproduce(out, *, only=None, n_jobs=-1):
+def reproduce(out: str | os.PathLike, *, only: str | None = None, n_jobs: int = -1) -> Path:
     """Run the notebooks and write their numbers, figures and a report.
 
     Parameters
@@ -101,7 +102,7 @@ def reproduce(out, *, only=None, n_jobs=-1):
     return page
 
 
-def refresh(*, only=None):
+def refresh(*, only: str | None = None) -> None:
     """Run the notebooks in place, keep outputs and counts, drop what changes by itself."""
     from tqdm.auto import tqdm
 
@@ -111,7 +112,7 @@ def refresh(*, only=None):
         write_whole(path, _as_text(_clean(run_notebook(path))))
 
 
-def run_notebook(path, *, environment=None):
+def run_notebook(path: str | os.PathLike, *, environment: dict[str, str] | None = None) -> Any:
     """Run one notebook and return it with its outputs.
 
     Parameters

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mcnlab.checks import require_array
 from mcnlab.errors import ArgumentError
@@ -86,7 +85,7 @@ def middle_of(first: Sequence, second: Sequence) -> tuple[np.ndarray, np.ndarray
     return x, y
 
 
-def _require_boxes(name: str, box: tuple[ArrayLike, ...]) -> list[np.ndarray]:
+def _require_boxes(name: str, box: Sequence) -> list[np.ndarray]:
     if len(box) != 4:
         raise ArgumentError(f"{name} has {len(box)} entries; pass x, y, w, h.")
     return [
