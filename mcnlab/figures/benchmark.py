@@ -10,6 +10,8 @@ from mcnlab.occlusion.thesis import APART, BY_SPEED, SIDES, direction_table, spe
 from mcnlab.plotting.benchmark import (
     LEAST,
     describe_recording,
+    draw_shares_bar,
+    most_of,
     plot_precision_recall,
     plot_reliability,
     plot_rules_by_cell,
@@ -26,7 +28,14 @@ from mcnlab.plotting.pairs import (
     plot_cover,
     plot_moment,
 )
-from mcnlab.plotting.style import BAND, FORECAST_COLOURS, FORECAST_LINES, FORECAST_MARKERS
+from mcnlab.plotting.style import (
+    BAND,
+    FORECAST_COLOURS,
+    FORECAST_LINES,
+    FORECAST_MARKERS,
+    TRUTH,
+    WALKER_LINES,
+)
 
 _ALWAYS = ("composites", "crossings")  # recordings that every run has
 _MOST_COLUMNS = 5
@@ -197,8 +206,10 @@ def learned_table(experience, *, least=LEAST):
     if not experience:
         raise ArgumentError("experience is empty; pass at least one title and its counts.")
     columns = 1 + len(experience)
-    figure = plt.figure(figsize=(4.3 * columns, 7.2))
-    grid = figure.add_gridspec(2, 2 * columns, height_ratios=(8, 3.6))
+    figure = plt.figure(figsize=(3.7 * columns, 7.2))
+    figure.get_layout_engine().set(w_pad=0.08, h_pad=0.08)
+    grid = figure.add_gridspec(3, 2 * columns, height_ratios=(8, 3.6, 0.3))
+    bars = []
     rule = direction_table()
     speeds = {side: np.where(speed_table(side), BY_SPEED, APART) for side in SIDES}
     for column, (title, held) in enumerate({"": None, **experience}.items()):
@@ -206,23 +217,27 @@ def learned_table(experience, *, least=LEAST):
         small = [figure.add_subplot(grid[1, 2 * column + place]) for place in (0, 1)]
         if held is None:
             plot_rules_by_cell(rule, ax=large)
-            large.set_title("the thesis: 0 never, 1 certain, P by speed", fontsize=9)
+            large.set_title("the thesis: 0 never, 1 certain, P by speed", fontsize=10)
             for ax, side in zip(small, SIDES, strict=True):
                 plot_rules_by_cell(speeds[side], ax=ax)
         else:
             mean = held.occluding.sum() / held.pairs.sum()
-            plot_shares_by_cell(*held.by_direction(), rule, mean=mean, least=least, ax=large)
-            said = f"{shorten(title, 26)}: % that occlude; mean {100 * mean:.1f} %"
-            large.set_title(said, fontsize=9)
-            for ax, side in zip(small, SIDES, strict=True):
-                both = held.by_speed(side)
-                plot_shares_by_cell(*both, speeds[side], mean=mean, least=least, ax=ax)
+            counted = [held.by_direction(), *(held.by_speed(side) for side in SIDES)]
+            top = max((most_of(*both, least=least) for both in counted), default=mean)
+            for ax, both, ruled in zip(
+                (large, *small), counted, (rule, *speeds.values()), strict=True
+            ):
+                plot_shares_by_cell(*both, ruled, mean=mean, least=least, top=top, ax=ax)
+            large.set_title(f"{shorten(title, 22)}: mean {100 * mean:.1f} %", fontsize=10)
+            bars.append((large, grid[2, 2 * column : 2 * column + 2]))
         large.set(xlabel="D(S2), on the right", ylabel="D(S1), on the left")
         for ax, side in zip(small, SIDES, strict=True):
             ax.set_title(f"both going {side}", fontsize=9, fontweight="normal")
             ax.set(xlabel="V(S2)", ylabel="V(S1)" if side == "right" else "")
+    for ax, place in bars:
+        draw_shares_bar(ax, figure.add_subplot(place))
     figure.supxlabel(
-        "letters: the rule (C: time and place decide); small: pairs; dark: above the mean; "
+        "C: time and place decide; middle of the shades: the mean; "
         f"hatched: fewer than {least} pairs\n"
         "framed: more occlude than on average where the rule says 0 (▲), fewer where it says 1 "
         "(▼); a hollow mark may be chance",
@@ -289,18 +304,23 @@ def pair(recording, pairs, number, forecasts, *, thresholds=None):
         ax.set_title(title, fontsize=10)
     below = figure.add_subplot(grid[1, :])
     times = horizon * np.arange(1, 61) / 60
+    paths = guess_cover(pairs, number, times, said)
     plot_cover(
         story,
         pairs.rules.cover,
-        guesses={
-            method: (times, cover)
-            for method, cover in guess_cover(pairs, number, times, said).items()
-        },
+        guesses={method: (times, cover) for method, cover in paths.items()},
         forecasts=said,
         thresholds=thresholds,
         ax=below,
     )
-    below.set_title("cover, true (black) and foreseen; below: who says what, and when", fontsize=10)
+    below.set_title("cover, true and foreseen; below: who says what, and when", fontsize=10)
+    walkers = [plt.Line2D([], [], color=TRUTH, lw=2.2, ls=style) for style in WALKER_LINES]
+    named = [method if method in paths else f"{method}: place only" for method in said]
+    _legend(
+        figure,
+        [*walkers, *_handles(said, points=set(said) - set(paths))],
+        ["true box, left walker", "true box, right walker", *named],
+    )
     return figure
 
 
@@ -356,7 +376,7 @@ def _handles(methods, *, points=()):
 
 
 def _legend(figure, handles, labels):
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), handlelength=2.6)
 
 
 def _middle_half(judged, name, method, measure):

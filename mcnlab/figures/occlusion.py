@@ -21,7 +21,7 @@ from mcnlab.vision.recordings import silhouettes_of
 _LEAST_WIDTH, _SHAPE = 352, 240 / 352  # pixels of a wide frame that are shown, and their shape
 _STRIP = 0.16  # of the picture's height, below it
 # What a composite's pixels look like: nobody, S1, S2, both.
-_PAINT = mpl.colors.ListedColormap(["white", "#9db9da", "#eab9bf", "#4a4a4a"])
+_PAINT = mpl.colors.ListedColormap(["white", "#b7b7f5", "#f3c3ab", "#4a4a4a"])
 
 
 @figure("table-3.1", section="3.3.1", notebook=TABULATE, ids=("occlusion.tables.cells_equal",))

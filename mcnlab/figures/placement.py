@@ -3,11 +3,13 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from mcnlab.cameras.visibility import square_on
 from mcnlab.figures.registry import EXACT, VOTE, figure
 from mcnlab.placement import cells
 from mcnlab.placement.cells import CHAOS, DIRECTED, NO_LOCUS
 from mcnlab.plotting.gait import plot_timeline
 from mcnlab.plotting.placement import (
+    cells_legend,
     plot_band,
     plot_cameras,
     plot_cells,
@@ -18,6 +20,7 @@ from mcnlab.plotting.placement import (
     plot_patterns,
     plot_served,
     plot_shares,
+    plot_sights,
     plot_traces,
     plot_votes,
     served_legend,
@@ -130,7 +133,16 @@ def path_band(scene, grid, placed):
     axes[0].legend(loc="lower right")
     plot_votes(grid, placed.votes, ax=axes[1])
     draw_cells(grid, placed.cells, ax=axes[2])
-    axes[2].plot(placed.places[X], placed.places[Y], "^", ms=12, color=UPPER, mec="white", ls="")
+    axes[2].plot(
+        *placed.places[[X, Y]].to_numpy().T,
+        "^",
+        ms=12,
+        color=UPPER,
+        mec="white",
+        ls="",
+        label="camera place",
+    )
+    cells_legend(axes[2], loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 
@@ -273,9 +285,13 @@ def plans(site, chosen):
     for ax, (method, (cameras, share, served)) in zip(axes.flat, chosen.items(), strict=False):
         plot_ground(site.grid.area, walls=site.scene.walls, ax=ax)
         plot_served(site.targets, served, ax=ax)
-        plot_cameras(cameras, site.model, method=method, cones=not site.model.pans, ax=ax)
+        seen = square_on(site.targets, cameras, site.model, walls=site.scene.walls)
+        plot_sights(cameras, site.targets, seen & served[:, None], ax=ax)
+        plot_cameras(cameras, site.model, method=method, ax=ax)
         ax.set_title(f"{method}: {share:.0%} of walker-seconds")
-    served_legend(axes.flat[0])
+    for ax in axes.flat[: len(chosen) - columns]:
+        ax.set_xlabel("")
+    served_legend(figure, sights=True)
     for ax in axes.flat[len(chosen) :]:
         ax.axis("off")
     return figure
@@ -385,6 +401,7 @@ def demands(site, variants):
         plot_served(site.targets, served, ax=ax)
         plot_cameras(cameras, site.model, method="exact", cones=False, ax=ax)
         ax.set_title(title)
+    served_legend(figure)
     for ax in axes.flat[len(variants) :]:
         ax.axis("off")
     return figure

@@ -7,11 +7,11 @@ from mcnlab.compass import DIRECTIONS
 from mcnlab.datasets.mirror import SUFFIX
 from mcnlab.errors import ArgumentError, SilhouetteError
 from mcnlab.figures.registry import MIRROR, SEPARATE, START, TRACE, figure
-from mcnlab.plotting.style import INK, PALE, UPPER
+from mcnlab.plotting.style import BLUE, FAINT, INK, NIGHT, SKY, UPPER
 from mcnlab.plotting.walking import (
     colour_of,
+    direction_style,
     group_legend,
-    marker_of,
     plot_boxes,
     plot_curves,
     plot_directions,
@@ -344,15 +344,13 @@ def thresholds(sweep, claims):
         ``height`` and ``width``: the thesis's accuracies.
     """
     figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
-    shades = dict(
-        zip(sorted(sweep["spacing"].unique()), ("#14213d", "#1d5fa8", "#8fb4dd"), strict=False)
-    )
+    shades = dict(zip(sorted(sweep["spacing"].unique()), (NIGHT, BLUE, SKY), strict=False))
     for ax, (name, claim) in zip(axes, claims.items(), strict=True):
         for (rule, spacing), rows in sweep.groupby(["soft_rule", "spacing"]):
             ax.plot(
                 rows["prominence"],
                 rows[name],
-                color=shades.get(spacing, PALE),
+                color=shades.get(spacing, FAINT),
                 ls="-" if rule == "line" else ":",
                 marker="o",
                 ms=3,
@@ -406,8 +404,7 @@ def slope_and_distance(recording, measured, space):
                 mean.to_numpy()[at],
                 values.to_numpy()[at],
                 ls="",
-                color=colour_of(direction),
-                marker=marker_of(direction),
+                **direction_style(direction),
             )
         ax.set(xlabel="mean box height (pixels)", ylabel=label)
     group_legend(axes[1])
@@ -476,7 +473,7 @@ def walkers(made, recording, real=None):
             boxes = recording.sequence(name)
             time = (boxes[FRAME] - boxes[FRAME].iloc[0]) / recording.frame_rate
             for dimension in (H, W):
-                ax.plot(time, boxes[dimension], color=PALE, lw=0.6)
+                ax.plot(time, boxes[dimension], color=FAINT, lw=0.6)
         time = np.arange(len(walk.truth)) / walk.walk.frame_rate
         for dimension, style in ((H, "-"), (W, "--")):
             ax.plot(time, walk.truth[dimension], color=colour, ls=style, lw=2)

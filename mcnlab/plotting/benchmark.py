@@ -4,6 +4,8 @@ A forecaster has the same colour, marker and line everywhere.
 """
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 
@@ -19,6 +21,7 @@ from mcnlab.plotting.style import (
     FORECAST_COLOURS,
     FORECAST_LINES,
     FORECAST_MARKERS,
+    GREY,
     INK,
     PALE,
     TICKS,
@@ -30,7 +33,6 @@ from mcnlab.statistics import wilson_interval
 LEAST = 20  # pairs, with fewer a cell says nothing
 FEW = 10  # pairs, with fewer a share is drawn pale
 RARE = 0.05  # where a smaller share occludes, a reliability diagram has logarithmic axes
-GREY = "#6b7078"  # of small print
 _HALO = (withStroke(linewidth=3.6, foreground="white"),)
 _STEP = 0.18  # between the forecasters of one recording, rows
 
@@ -229,12 +231,12 @@ def plot_reliability(table, methods, *, ax=None):
     return ax
 
 
-def plot_shares_by_cell(pairs, occluding, rule, *, mean, least=LEAST, ax=None):
+def plot_shares_by_cell(pairs, occluding, rule, *, mean, least=LEAST, top=None, ax=None):
     """What share of pairs occludes in each cell of a table, against what the thesis says.
 
-    Dark is above the mean, pale below it.  A triangle marks where experience disagrees:
-    upwards where the rule says no and more than the mean occlude, downwards where it says
-    certainly and fewer do; hollow where Wilson's interval holds the mean.
+    The mean is in the middle of the shades, dark above it.  A triangle marks where experience
+    disagrees: upwards where the rule says no and more than the mean occlude, downwards where
+    it says certainly and fewer do; hollow where Wilson's interval holds the mean.
 
     Parameters
     ----------
@@ -246,6 +248,8 @@ def plot_shares_by_cell(pairs, occluding, rule, *, mean, least=LEAST, ax=None):
         Share of all pairs that occludes.
     least : int, optional
         Cells with fewer pairs are hatched.
+    top : float, optional
+        The share with the darkest shade; the largest drawn, if not given.
     ax : matplotlib.axes.Axes, optional
 
     Raises
@@ -263,28 +267,39 @@ def plot_shares_by_cell(pairs, occluding, rule, *, mean, least=LEAST, ax=None):
         raise ArgumentError("occluding holds more than pairs, or fewer than none; count again.")
     ax = axes_or_new(ax)
     enough = pairs >= require_count("least", least, low=1)
-    share = occluding / np.maximum(pairs, 1)
-    # The mean is in the middle of the shades, whatever it is.
-    top = max(np.max(share[enough], initial=0.0), mean)
-    shade = np.ma.masked_array(_shade(share, mean, top), ~enough)
+    share = np.ma.masked_array(occluding / np.maximum(pairs, 1), ~enough)
     size = len(rule)
-    ax.imshow(shade, cmap=DENSITY, vmin=0, vmax=1, extent=(0.5, size + 0.5, size + 0.5, 0.5))
+    extent = (0.5, size + 0.5, size + 0.5, 0.5)
+    top = most_of(pairs, occluding, least=least) if top is None else top
+    ax.imshow(share, cmap=DENSITY, norm=_norm(mean, max(top, mean)), extent=extent)
     for row, column in np.ndindex(rule.shape):
         at, n, code = (column + 1, row + 1), int(pairs[row, column]), int(rule[row, column])
-        ink = "white" if enough[row, column] and shade[row, column] > 0.55 else INK
-        corner = {"va": "center", "color": ink, "fontsize": 7.5}
-        ax.text(at[0] - 0.44, at[1] - 0.3, _letter(code, size), **corner)
-        if not enough[row, column]:
+        if enough[row, column]:
+            _mark_disagreement(ax, at, share[row, column], n, code, mean)
+        else:
             edge = {"fill": False, "hatch": "////", "ec": PALE, "lw": 0}
             ax.add_patch(Rectangle((at[0] - 0.5, at[1] - 0.5), 1, 1, **edge))
-        else:
-            text = _percent(share[row, column])
-            ax.text(*at, text, ha="center", va="center", color=ink, fontsize=9.5)
-            _mark_disagreement(ax, at, share[row, column], n, code, mean)
-        below = {"ha": "center", "va": "center", "color": ink, "fontsize": 7}
-        ax.text(at[0], at[1] + 0.34, str(n), **below)
     _table_frame(ax, size)
     return ax
+
+
+def most_of(pairs: np.ndarray, occluding: np.ndarray, *, least: int = LEAST) -> float:
+    """The largest share that occludes in a cell of at least so many pairs; 0 without one."""
+    return float(np.max((occluding / np.maximum(pairs, 1))[pairs >= least], initial=0.0))
+
+
+def draw_shares_bar(ax: Axes, bar: Axes) -> None:
+    """The bar that says which shares `plot_shares_by_cell` drew on axes, in per cent."""
+    image = ax.images[0]
+    norm = image.norm
+    ticks = sorted({norm.vmin, getattr(norm, "vcenter", norm.vmin), norm.vmax})
+    drawn = ax.figure.colorbar(image, cax=bar, orientation="horizontal", label="pairs that occlude")
+    drawn.set_ticks(ticks, labels=[f"{_percent(share)} %" for share in ticks])
+
+
+def _norm(mean, top):
+    """The mean is in the middle of the shades, whatever it is."""
+    return TwoSlopeNorm(mean, 0, top) if 0 < mean < top else Normalize(0, max(top, 1e-9))
 
 
 def plot_rules_by_cell(rule, *, ax=None):
@@ -309,13 +324,6 @@ def _letter(code, size):
     return "C" if letter == "P" and size == 3 else letter
 
 
-def _shade(value, mean, top):
-    """From 0 to 0.9, the mean half-way."""
-    below = 0.45 * value / (mean if mean > 0 else 1.0)
-    above = 0.45 + 0.45 * (value - mean) / (top - mean if top > mean else 1.0)
-    return np.where(value <= mean, below, above)
-
-
 def _percent(share):
     """A share in per cent, with as many digits as a cell holds."""
     if 0 < share < 0.00095:
@@ -329,18 +337,17 @@ def _mark_disagreement(ax, at, share, n, code, mean):
         return
     low, high = wilson_interval(share, n)
     sure = not low <= mean <= high
-    left, top, side = at[0] - 0.47, at[1] - 0.47, 0.94
+    left, top, side = at[0] - 0.46, at[1] - 0.46, 0.92
     ax.add_patch(
-        Rectangle((left, top), side, side, fill=False, ec=UPPER, lw=1.6, path_effects=_HALO)
+        Rectangle((left, top), side, side, fill=False, ec=UPPER, lw=1.8, path_effects=_HALO)
     )
     ax.plot(
-        at[0] + 0.33,
-        at[1] - 0.31,
+        *at,
         marker="^" if apart else "v",
-        ms=7,
+        ms=9,
         mfc=INK if sure else "white",
         mec="white" if sure else INK,
-        mew=0.9,
+        mew=1.1,
         ls="",
         gid=f"{'more' if apart else 'fewer'} than the rule says",
     )

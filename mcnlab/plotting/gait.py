@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, axes_or_new
+from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, WALK_COLOURS, axes_or_new
 
-REAL, MADE, NOISY, CUT = "#1d5fa8", "#3fb18f", "#f2b134", "#d1495b"
+REAL, MADE, NOISY, CUT = WALK_COLOURS.values()
 
 
 def plot_width(seconds, width, *, events=None, colour=REAL, title="", ax=None):

@@ -23,16 +23,26 @@ from mcnlab.occlusion.thesis import (
     look_up,
     speed_table,
 )
-from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, WALKER_LINES, axes_or_new, frame_axes
+from mcnlab.plotting.style import (
+    GREY,
+    INK,
+    LOWER,
+    PALE,
+    SKY,
+    UPPER,
+    WALKER_LINES,
+    axes_or_new,
+    frame_axes,
+)
 from mcnlab.walking.speed import LEVELS
 from mcnlab.walking.speed import NAMES as SPEED_NAMES
 
 RULE_COLOURS = {APART: "#f1f3f5", BY_SPEED: "#f2b134", CERTAIN: "#1d5fa8"}
-RULE_INK = {APART: "#6b7078", BY_SPEED: INK, CERTAIN: "white"}
+RULE_INK = {APART: GREY, BY_SPEED: INK, CERTAIN: "white"}
 RULE_LABELS = {APART: "0", BY_SPEED: "P(O|S)", CERTAIN: "1"}
 RULE_MEANINGS = {APART: "no occlusion", BY_SPEED: "speed decides", CERTAIN: "certain occlusion"}
 WALKER_COLOURS = (LOWER, UPPER)  # S1, S2
-FORESEEN = RULE_COLOURS[BY_SPEED]
+FORESEEN = SKY
 FRAME_WIDTH, FRAME_HEIGHT = 352, 240  # of the drawn picture, as CASIA A's
 PACES = {1: 0.008, 2: 0.04, 3: 0.08}  # one speed within each level, in frame widths a second
 _HALO = (withStroke(linewidth=4, foreground="white"),)

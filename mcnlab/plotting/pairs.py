@@ -22,7 +22,7 @@ from mcnlab.plotting.style import (
     INK,
     PALE,
     TICKS,
-    UPPER,
+    TRUTH,
     WALKER_LINES,
     axes_or_new,
     frame_axes,
@@ -179,15 +179,15 @@ def plot_moment(story, seconds, *, guesses=None, places=None, ax=None):
     for seen, boxes, style in zip(story.seen, story.boxes, WALKER_LINES, strict=True):
         here = np.flatnonzero(seen[: at + 1])
         x, feet = boxes[here, 0] + boxes[here, 2] / 2, boxes[here, 1] + boxes[here, 3]
-        ax.plot(x, feet, color=INK, lw=1, ls=style)
+        ax.plot(x, feet, color=TRUTH, lw=1, ls=style)
         if seen[at]:
-            ax.plot(*_corners(boxes[at]), color=INK, lw=2.2, ls=style)
+            ax.plot(*_corners(boxes[at]), color=TRUTH, lw=2.2, ls=style)
     for method, foreseen in (guesses or {}).items():
         for box in foreseen:
             line = {"lw": 1.4, "ls": FORECAST_LINES[method], "color": FORECAST_COLOURS[method]}
             ax.plot(*_corners(box), label=method, **line)
     if story.place is not None and seconds > 0:
-        ring = {"mfc": "none", "mec": INK, "mew": 1.6, "ls": ""}
+        ring = {"mfc": "none", "mec": TRUTH, "mew": 1.6, "ls": ""}
         ax.plot(*story.place, marker="o", ms=15, label="truth", **ring)
     for method, place in (places or {}).items():
         draw_forecaster(ax, *place, method, ms=8)
@@ -257,10 +257,10 @@ def plot_cover(story, bound, *, guesses=None, forecasts=None, thresholds=None, n
     ax.axvspan(story.seconds[0], 0, color=BAND, zorder=0)
     ax.axhline(bound, color=INK, lw=0.8, ls=":")
     both = story.seen.all(axis=0)
-    ax.plot(story.seconds[both], story.cover[both], color=INK, lw=2.2, label="truth")
+    ax.plot(story.seconds[both], story.cover[both], color=TRUTH, lw=2.2, label="truth")
     if story.late is not None:
         at = story.cover[story.nearest(story.late)]
-        ax.plot(story.late, at, "o", ms=13, mfc="none", mec=INK, mew=1.6)
+        ax.plot(story.late, at, "o", ms=13, mfc="none", mec=TRUTH, mew=1.6)
     for method, (times, cover) in (guesses or {}).items():
         line = {"lw": 1.3, "ls": FORECAST_LINES[method], "color": FORECAST_COLOURS[method]}
         ax.plot(times, cover, **line)
@@ -279,7 +279,7 @@ def plot_cover(story, bound, *, guesses=None, forecasts=None, thresholds=None, n
             fontsize=8,
         )
     if now is not None:
-        ax.axvline(now, color=UPPER, lw=1.2)
+        ax.axvline(now, color=INK, lw=1.2)
     ax.set(xlim=(story.seconds[0], story.seconds[-1] + 0.05), ylim=(bottom, 1.03))
     ax.set(xlabel="seconds from the moment", ylabel="cover", yticks=TICKS)
     return ax

@@ -6,21 +6,26 @@ Metres, as on a map: x to the right, y upwards.
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from mcnlab.plotting.style import (
     CHOICE_COLOURS,
     CHOICE_MARKERS,
     DENSITY,
+    FAINT,
+    GREY,
     INK,
     LOWER,
     PALE,
+    SERVED_COLOURS,
     UPPER,
     axes_or_new,
 )
 from mcnlab.tables import TRACE, X, Y, split_sequences
 
 CHAOS = "#f4c9a8"
-SEEN = "#2a7f62"
 
 
 def plot_ground(area, *, walls=None, grid=None, ax=None):
@@ -105,7 +110,7 @@ def plot_histogram(counts, *, chaos_ratio=0.8, title="", ax=None):
     angles = np.arange(number) * 180 / number
     highest = int(counts.argmax())
     apart = np.abs((np.arange(number) - highest + number // 2) % number - number // 2)
-    colours = np.where(apart == 0, UPPER, np.where(apart == 1, LOWER, "#8a9099"))
+    colours = np.where(apart == 0, UPPER, np.where(apart == 1, LOWER, FAINT))
     ax.bar(angles, counts, width=0.86 * 180 / number, color=colours)
     if counts.max() > 0:
         ax.axhline(chaos_ratio * counts.max(), color=INK, lw=1, ls="--")
@@ -165,6 +170,16 @@ def plot_cells(grid, kind, angle, *, magnitude=None, no_locus, directed, chaos, 
         ax.add_collection(lines)
     ax.grid(False)
     return ax
+
+
+def cells_legend(ax: Axes, **options) -> None:
+    """Say what `plot_cells` drew, beside what else has a label on the axes."""
+    handles, _ = ax.get_legend_handles_labels()
+    handles += [
+        plt.Line2D([], [], color=INK, lw=1.6, label="direction of a cell,\nthick: more walks"),
+        mpl.patches.Patch(fc=CHAOS, label="chaos cell"),
+    ]
+    ax.legend(handles=handles, **options)
 
 
 def plot_band(grid, order, thin=None, *, ax=None):
@@ -280,24 +295,13 @@ def plot_cameras(cameras, model, *, method="exact", cones=True, label=None, ax=N
     """
     ax = axes_or_new(ax)
     colour = CHOICE_COLOURS[method]
-    for camera in cameras.itertuples():
-        if cones and model.pans:
-            ax.add_patch(
-                plt.Circle((camera.x, camera.y), model.reach, fill=False, ec=colour, lw=0.7, ls=":")
-            )
-        elif cones:
-            half = model.field_of_view / 2
-            ax.add_patch(
-                mpl.patches.Wedge(
-                    (camera.x, camera.y),
-                    model.reach,
-                    camera.heading - half,
-                    camera.heading + half,
-                    color=colour,
-                    alpha=0.12,
-                    lw=0,
-                )
-            )
+    half = model.field_of_view / 2
+    for camera in cameras.itertuples() if cones else ():
+        middle = (camera.x, camera.y)
+        ends = (0, 360) if model.pans else (camera.heading - half, camera.heading + half)
+        reach = mpl.patches.Wedge(middle, model.reach, *ends, ec=colour, lw=0.8, ls=":")
+        reach.set_facecolor((colour, 0.08))
+        ax.add_patch(reach)
     ax.plot(
         cameras[X],
         cameras[Y],
@@ -332,17 +336,51 @@ def plot_served(targets, served, *, ax=None):
     """Walker-seconds: dark where some chosen camera sees them square-on, pale elsewhere."""
     ax = axes_or_new(ax)
     served = np.asarray(served, bool)
-    for chosen, colour, size in ((~served, PALE, 3), (served, SEEN, 5)):
-        ax.plot(targets[X][chosen], targets[Y][chosen], ".", color=colour, ms=size, zorder=1)
+    for seen, size in ((False, 3), (True, 5)):
+        shown = targets[served == seen]
+        ax.plot(shown[X], shown[Y], ".", color=SERVED_COLOURS[seen], ms=size, zorder=1)
     return ax
 
 
-def served_legend(ax):
-    """Say on one of several maps what dark and pale walker-seconds are."""
-    for colour, name in ((SEEN, "seen square-on"), (PALE, "not")):
-        ax.plot([], [], ".", color=colour, ms=8, label=name)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, -0.02), ncols=2, fontsize=8)
+def plot_sights(
+    cameras: pd.DataFrame, targets: pd.DataFrame, seen: np.ndarray, *, most: int = 40, ax=None
+) -> Axes:
+    """Lines of sight from cameras to what they see.
+
+    Parameters
+    ----------
+    cameras, targets : pandas.DataFrame
+        ``x, y``.
+    seen : ndarray of bool, shape (targets, cameras)
+    most : int, optional
+        Lines drawn a camera at most, to targets spread over those seen.
+    ax : matplotlib.axes.Axes, optional
+    """
+    ax = axes_or_new(ax)
+    ends = targets[[X, Y]].to_numpy(float)
+    lines = [
+        (place, end)
+        for place, own in zip(cameras[[X, Y]].to_numpy(float), np.transpose(seen), strict=True)
+        for end in ends[own][:: max(1, -(-np.count_nonzero(own) // most))]
+    ]
+    ax.add_collection(
+        mpl.collections.LineCollection(lines, colors=GREY, lw=0.6, alpha=0.6, zorder=0.9)
+    )
     return ax
+
+
+def served_legend(figure: Figure, *, sights: bool = False) -> None:
+    """Say below several maps what their dots are, and lines and tints if there are `sights`."""
+    handles = [
+        plt.Line2D([], [], ls="", marker=".", ms=9, color=SERVED_COLOURS[seen], label=name)
+        for seen, name in ((True, "walker seen square-on"), (False, "walker not seen so"))
+    ]
+    if sights:
+        handles += [
+            plt.Line2D([], [], color=GREY, lw=0.9, label="line of sight, square-on (some)"),
+            mpl.patches.Patch(fc=FAINT, alpha=0.3, ec=GREY, label="reach of a camera"),
+        ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
 def plot_shares(table, *, ax=None):

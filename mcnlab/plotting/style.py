@@ -4,14 +4,17 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-# From away to toward; told apart in grey too, by lightness and marker.
-GROUP_COLOURS = {1: "#14213d", 2: "#1d5fa8", 3: "#3fb18f", 4: "#f2b134", 5: "#d1495b"}
+# Six hues that everybody can tell apart: at least 20 (CIEDE2000) between any two for who lacks
+# red or green cones, lightness 8 apart for a grey print, contrast 3 on white.  Within one figure
+# a hue has one meaning; what figures have in common has the same hue in all of them.
+NIGHT, BROWN, BLUE = "#27143b", "#621400", "#3030e0"
+ROSE, ORANGE, SKY = "#b13b62", "#d84e00", "#149dd8"
+TRUTH = NIGHT  # where forecasts or finders are held against it
 
-METHOD_COLOURS = {
-    "thesis, height": "#8d6a9f",
-    "growth": "#3fb18f",
-    "perspective": "#1d5fa8",
-}
+# From away to toward; left and right of a group differ by marker.
+GROUP_COLOURS = {1: NIGHT, 2: BLUE, 3: SKY, 4: ORANGE, 5: BROWN}
+
+METHOD_COLOURS = {"thesis, height": ROSE, "growth": SKY, "perspective": BLUE}
 
 METHOD_MARKERS = {
     "thesis, height": "s",
@@ -21,12 +24,12 @@ METHOD_MARKERS = {
 
 # Ways to choose places; told apart by marker too.
 CHOICE_COLOURS = {
-    "votes": "#8d6a9f",
-    "area": "#f2b134",
-    "random": "#8a9099",
-    "greedy": "#3fb18f",
-    "swaps": "#14213d",
-    "exact": "#1d5fa8",
+    "votes": ROSE,
+    "area": ORANGE,
+    "random": NIGHT,
+    "greedy": SKY,
+    "swaps": BROWN,
+    "exact": BLUE,
 }
 
 CHOICE_MARKERS = {
@@ -40,19 +43,19 @@ CHOICE_MARKERS = {
 
 # Ways to find who moves.
 FINDER_COLOURS = {
-    "background": "#1d5fa8",
-    "horn-schunck": "#8d6a9f",
-    "dis": "#14213d",
-    "farneback": "#3fb18f",
-    "truth": "#222222",
+    "background": BLUE,
+    "horn-schunck": ROSE,
+    "dis": BROWN,
+    "farneback": SKY,
+    "truth": TRUTH,
 }
 
 # Optical flows.
 FLOW_COLOURS = {
-    "horn-schunck": "#8d6a9f",
-    "horn-schunck-plain": "#c9b6d6",
-    "farneback": "#3fb18f",
-    "dis": "#14213d",
+    "horn-schunck": ROSE,
+    "horn-schunck-plain": ORANGE,
+    "farneback": SKY,
+    "dis": BROWN,
 }
 
 FLOW_HATCHES = {
@@ -63,17 +66,17 @@ FLOW_HATCHES = {
 }
 
 # Speed levels v1, v2, v3: darker is faster; told apart in grey, by marker and by hatch too.
-SPEED_COLOURS = {1: "#f0a63c", 2: "#c0436a", 3: "#3b1f5b"}
+SPEED_COLOURS = {1: SKY, 2: ROSE, 3: NIGHT}
 SPEED_MARKERS = {1: "o", 2: "^", 3: "s"}
 SPEED_HATCHES = {1: "", 2: "//", 3: "xx"}
 
 # Ways to foresee occlusion; the two of our own are the dark ones.
 FORECAST_COLOURS = {
-    "thesis": "#8d6a9f",
-    "constant-velocity": "#f2b134",
-    "uncertain-velocity": "#3fb18f",
-    "perspective": "#1d5fa8",
-    "learned": "#14213d",
+    "thesis": ROSE,
+    "constant-velocity": ORANGE,
+    "uncertain-velocity": SKY,
+    "perspective": BLUE,
+    "learned": BROWN,
 }
 
 FORECAST_MARKERS = {
@@ -92,9 +95,17 @@ FORECAST_LINES = {
     "learned": "-",
 }
 
+# Walks: filmed, made, made with noise, made with a limb cut.
+WALK_COLOURS = {"real": BLUE, "made": SKY, "noisy": ORANGE, "cut": BROWN}
+
+# Walker-seconds that some camera sees square-on, and the others.
+SERVED_COLOURS = {True: "#005c3f", False: "#8a9099"}
+
 DENSITY = "YlGnBu"
-INK, PALE = "#222222", "#b8bcc2"
-UPPER, LOWER, MEAN = "#d1495b", "#1d5fa8", "#222222"
+INK, GREY = "#222222", "#62676f"  # text, small print
+FAINT = SERVED_COLOURS[False]  # data that others are laid over
+PALE = "#b8bcc2"  # edges, grids: nothing that has to be read
+UPPER, LOWER, MEAN = ORANGE, BLUE, INK
 BAND = "#eef0f3"  # behind what is set apart: moving cameras, the time observed
 WALKER_LINES = ("-", "--")  # the left one (S1), the right one (S2)
 TICKS = (0, 0.25, 0.5, 0.75, 1)  # of shares

@@ -10,6 +10,7 @@ import numpy as np
 
 from mcnlab.compass import DIRECTIONS, NAMES, heading_of, turn_between
 from mcnlab.plotting.style import (
+    FAINT,
     GROUP_COLOURS,
     INK,
     LOWER,
@@ -24,6 +25,7 @@ from mcnlab.plotting.style import (
 from mcnlab.tables import FRAME, H, W, X, Y
 from mcnlab.walking.direction import GROUP_NAMES, GROUPS, group_of
 
+LEFT = (6, 7, 8)  # directions that go left
 _ARROWHEAD = np.array([[0, 1.0], [0.75, -0.8], [0, -0.35], [-0.75, -0.8], [0, 1.0]])
 
 
@@ -37,6 +39,13 @@ def marker_of(direction):
     angle = np.radians(heading_of(direction))
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     return mpl.path.Path(_ARROWHEAD @ turn, closed=True)
+
+
+def direction_style(direction: int, *, size: float = 6) -> dict:
+    """How to draw a direction's points: colour and marker, hollow where it goes left."""
+    colour = colour_of(direction)
+    face = "none" if direction in LEFT else colour
+    return {"color": colour, "marker": marker_of(direction), "mfc": face, "ms": size}
 
 
 def plot_directions(ax=None):
@@ -141,7 +150,7 @@ def plot_phase(
     """
     ax = axes_or_new(ax)
     name = {"h": "height", "w": "width"}[dimension]
-    ax.plot(phase.frames, phase.curve, color=PALE, label=f"box {name}")
+    ax.plot(phase.frames, phase.curve, color=FAINT, label=f"box {name}")
     if "extrema" in parts:
         at = phase.maxima
         ax.plot(phase.frames[at], phase.curve[at], "^", color=UPPER, label="maxima")
@@ -194,12 +203,12 @@ def plot_phases(
     for direction in DIRECTIONS:
         values = phases[directions == direction]
         if len(values):
+            aside = 0.2 if direction in LEFT else -0.2  # mirror images do not cover each other
             ax.plot(
-                1 + np.arange(len(values)),
+                1 + aside + np.arange(len(values)),
                 values,
-                color=colour_of(direction),
-                marker=marker_of(direction),
-                lw=0.7,
+                ls="",
+                **direction_style(direction),
                 label=f"{direction} {NAMES[direction]}",
             )
     if separators is not None:
@@ -221,9 +230,7 @@ def plot_phase_space(space, directions, *, x="sideways", y="height_growth", ax=N
             rows[x],
             rows[y],
             ls="",
-            color=colour_of(direction),
-            marker=marker_of(direction),
-            ms=6,
+            **direction_style(direction),
             label=f"{direction} {NAMES[direction]}",
         )
     ax.set(
@@ -252,9 +259,7 @@ def plot_heading_errors(errors, directions, *, limit=22.5, most=60.0, ax=None):
                 direction + spread,
                 values,
                 ls="",
-                color=colour_of(direction),
-                marker=marker_of(direction),
-                ms=4,
+                **direction_style(direction, size=4),
             )
     ax.axhline(0, color=INK, lw=0.8)
     largest = max(1.15 * limit, 1.05 * float(np.abs(errors).max(initial=0)))

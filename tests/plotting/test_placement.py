@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex
 
 from mcnlab.cameras.floor import GridMap
 from mcnlab.cameras.visibility import CameraModel
-from mcnlab.plotting.placement import plot_cameras, plot_histogram, plot_mesh
+from mcnlab.plotting.placement import plot_cameras, plot_histogram, plot_mesh, plot_sights
 from mcnlab.plotting.style import LOWER, UPPER
 
 
@@ -47,5 +47,18 @@ def test_a_fine_mesh_is_thinned_but_keeps_its_edges():
 def test_a_panning_camera_has_a_ring_where_a_fixed_one_has_a_cone():
     cameras = pd.DataFrame({"x": [1.0, 4.0], "y": [2.0, 2.0], "heading": [90.0, 0.0]})
     ax = plot_cameras(cameras, CameraModel(reach=3.0, pans=True))
-    assert [patch.get_radius() for patch in ax.patches] == [3, 3]
+    assert [(patch.r, patch.theta2 - patch.theta1) for patch in ax.patches] == [(3, 360)] * 2
+    ax = plot_cameras(cameras, CameraModel(reach=3.0, field_of_view=60.0))
+    assert [(patch.theta1, patch.theta2) for patch in ax.patches] == [(60, 120), (-30, 30)]
     assert not plot_cameras(cameras, CameraModel(reach=3.0), cones=False).patches
+
+
+def test_lines_of_sight_lead_from_cameras_to_whom_they_see():
+    cameras = pd.DataFrame({"x": [0.0, 5.0], "y": [0.0, 5.0]})
+    targets = pd.DataFrame({"x": np.arange(10.0), "y": 1.0})
+    seen = np.zeros((10, 2), bool)
+    seen[:7, 0] = True
+    ax = plot_sights(cameras, targets, seen, most=4)
+    lines = np.array(ax.collections[0].get_segments())
+    np.testing.assert_array_equal(lines[:, 0], [[0, 0]] * 4)
+    np.testing.assert_array_equal(lines[:, 1], [[0, 1], [2, 1], [4, 1], [6, 1]])
