@@ -291,7 +291,7 @@ def plans(site, chosen):
         ax.set_title(f"{method}: {share:.0%} of walker-seconds")
     for ax in axes.flat[: len(chosen) - columns]:
         ax.set_xlabel("")
-    served_legend(figure, sights=True)
+    served_legend(figure, reach=site.model.reach)
     for ax in axes.flat[len(chosen) :]:
         ax.axis("off")
     return figure

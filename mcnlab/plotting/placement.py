@@ -300,7 +300,8 @@ def plot_cameras(cameras, model, *, method="exact", cones=True, label=None, ax=N
         middle = (camera.x, camera.y)
         ends = (0, 360) if model.pans else (camera.heading - half, camera.heading + half)
         reach = mpl.patches.Wedge(middle, model.reach, *ends, ec=colour, lw=0.8, ls=":")
-        reach.set_facecolor((colour, 0.08))
+        # Rings of cameras that pan cover most of a map: no tint.
+        reach.set(facecolor="none" if model.pans else (colour, 0.12), zorder=0.6)
         ax.add_patch(reach)
     ax.plot(
         cameras[X],
@@ -343,7 +344,7 @@ def plot_served(targets, served, *, ax=None):
 
 
 def plot_sights(
-    cameras: pd.DataFrame, targets: pd.DataFrame, seen: np.ndarray, *, most: int = 40, ax=None
+    cameras: pd.DataFrame, targets: pd.DataFrame, seen: np.ndarray, *, most: int = 16, ax=None
 ) -> Axes:
     """Lines of sight from cameras to what they see.
 
@@ -364,21 +365,21 @@ def plot_sights(
         for end in ends[own][:: max(1, -(-np.count_nonzero(own) // most))]
     ]
     ax.add_collection(
-        mpl.collections.LineCollection(lines, colors=GREY, lw=0.6, alpha=0.6, zorder=0.9)
+        mpl.collections.LineCollection(lines, colors=GREY, lw=0.7, alpha=0.8, zorder=0.9)
     )
     return ax
 
 
-def served_legend(figure: Figure, *, sights: bool = False) -> None:
-    """Say below several maps what their dots are, and lines and tints if there are `sights`."""
+def served_legend(figure: Figure, *, reach: float | None = None) -> None:
+    """Say below several maps what their dots are, and lines if cameras with a `reach` are drawn."""
     handles = [
         plt.Line2D([], [], ls="", marker=".", ms=9, color=SERVED_COLOURS[seen], label=name)
         for seen, name in ((True, "walker seen square-on"), (False, "walker not seen so"))
     ]
-    if sights:
+    if reach is not None:
         handles += [
             plt.Line2D([], [], color=GREY, lw=0.9, label="line of sight, square-on (some)"),
-            mpl.patches.Patch(fc=FAINT, alpha=0.3, ec=GREY, label="reach of a camera"),
+            plt.Line2D([], [], color=GREY, ls=":", label=f"reach of a camera, {reach:g} m"),
         ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
