@@ -7,6 +7,7 @@ tables are mirrored by separate code, and a test holds the two against each othe
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab import tables
 from mcnlab.checks import require_count
@@ -18,7 +19,7 @@ SUFFIX = "-mirror"
 OBLIQUE = (2, 4, 6, 8)
 
 
-def mirror_direction(direction):
+def mirror_direction(direction: ArrayLike) -> int | np.ndarray:
     """The direction 1 … 8 of a walk seen in a vertical mirror: left and right swap.
 
     Parameters
@@ -34,7 +35,7 @@ def mirror_direction(direction):
     return int(mirrored) if mirrored.ndim == 0 else mirrored
 
 
-def mirror_masks(masks):
+def mirror_masks(masks: ArrayLike) -> np.ndarray:
     """Masks (…, height, width) with left and right swapped, as a contiguous copy."""
     masks = np.asarray(masks)
     if masks.ndim < 2:
@@ -42,7 +43,7 @@ def mirror_masks(masks):
     return np.ascontiguousarray(masks[..., ::-1])
 
 
-def mirror_boxes(boxes, *, frame_width):
+def mirror_boxes(boxes: pd.DataFrame, *, frame_width: int) -> pd.DataFrame:
     """The box table of the mirrored images.
 
     Parameters

@@ -113,6 +113,17 @@ def read_sequence(folder: str | os.PathLike) -> Recording:
     DatasetError
         When a file is missing or damaged, or there is no pedestrian; the message names the
         line and the column.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     (Path(folder) / "gt").mkdir()
+    ...     _ = (Path(folder) / "gt" / "gt.txt").write_text("1,7,10,20,30,40,1,1,1")
+    ...     info = "[Sequence]\\nframeRate=30\\nimWidth=640\\nimHeight=480"
+    ...     _ = (Path(folder) / "seqinfo.ini").write_text(info)
+    ...     read_sequence(folder).boxes[["sequence", "frame", "x", "w"]].to_numpy().tolist()
+    [['7', 1, 10.0, 30.0]]
     """
     folder = Path(folder)
     path = _truth_of(folder)

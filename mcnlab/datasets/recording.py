@@ -1,7 +1,9 @@
 """One recording: a box table with the camera's frame rate and size, and what is known of it."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import pandas as pd
 
@@ -33,6 +35,13 @@ class Recording:
         What was left out on loading, one sentence each.
     source : str
         Where the boxes come from: "bundled" or "measured"; empty if neither.
+
+    Examples
+    --------
+    >>> row = {"sequence": "walk", "subject": "abc", "frame": [1, 2], "x": [10, 12], "y": 20}
+    >>> boxes = pd.DataFrame({**row, "w": 8, "h": 30, "cx": [14, 16], "cy": 35})
+    >>> Recording("garden", boxes, frame_rate=25.0, frame_width=320, frame_height=240).summary
+    'garden, 1 subject'
     """
 
     name: str
@@ -54,28 +63,28 @@ class Recording:
             check_directions(self.directions, self.sequences)
 
     @cached_property
-    def stack(self):
-        """The boxes laid side by side (`columns.stack_sequences`), made once."""
+    def stack(self) -> tables.Stack:
+        """The boxes laid side by side (`tables.stack_sequences`), made once."""
         return tables.stack_sequences(self.boxes)
 
     @property
-    def sequences(self):
+    def sequences(self) -> list[str]:
         """The sequences' names, in table order."""
         return list(self.boxes[tables.SEQUENCE].unique())
 
     @property
-    def subjects(self):
+    def subjects(self) -> pd.Series:
         """Series: each sequence's subject."""
         return self.boxes.groupby(tables.SEQUENCE, sort=False)[tables.SUBJECT].first()
 
     @property
-    def summary(self):
+    def summary(self) -> str:
         """What this is, in a few words, for a result row."""
         people = self.subjects.nunique()
         parts = [self.name, f"{people} subject{'s' * (people != 1)}", self.source]
         return ", ".join(part for part in parts if part)
 
-    def sequence(self, name):
+    def sequence(self, name: str) -> pd.DataFrame:
         """The boxes of one sequence.
 
         Raises
@@ -91,11 +100,11 @@ class Recording:
             )
         return rows.reset_index(drop=True)
 
-    def with_boxes(self, boxes, **changes):
+    def with_boxes(self, boxes: pd.DataFrame, **changes: Any) -> "Recording":
         """A copy with other boxes."""
         return replace(self, boxes=boxes, **changes)
 
-    def without_copies(self):
+    def without_copies(self) -> "Recording":
         """The recording without its mirrored copies: what was filmed."""
         if not self.copies:
             return self
@@ -107,7 +116,7 @@ class Recording:
         )
 
 
-def check_directions(directions, sequences):
+def check_directions(directions: pd.Series, sequences: Iterable[str]) -> None:
     """Raise `DatasetError` unless every label is 1 … 8 and belongs to one of `sequences`."""
     stray = [name for name in directions.index if name not in set(sequences)]
     if stray:

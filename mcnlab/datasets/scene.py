@@ -1,5 +1,6 @@
 """One place and the traces of those who walked there."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +36,13 @@ class Scene:
         Where it came from: "bundled", "measured", "synthetic", …
     problems : tuple of str
         What was left out, and why.
+
+    Examples
+    --------
+    >>> traces = pd.DataFrame({"trace": "1", "frame": range(8), "x": 0.2, "y": range(8)})
+    >>> scene = Scene("yard", traces, frame_rate=4.0, area=area_of(traces))
+    >>> scene.area, scene.seconds
+    ((-0.8, -1.0, 1.2, 8.0), 2.0)
     """
 
     name: str
@@ -58,24 +66,24 @@ class Scene:
         object.__setattr__(self, "people", dict(self.people or {}))
 
     @property
-    def walkers(self):
+    def walkers(self) -> list[str]:
         """The traces' names, in table order."""
         return list(self.traces[TRACE].unique())
 
     @property
-    def seconds(self):
+    def seconds(self) -> float:
         """Walker-seconds in all."""
         return len(self.traces) / self.frame_rate
 
-    def with_traces(self, traces):
+    def with_traces(self, traces: pd.DataFrame) -> "Scene":
         """The same place with other traces."""
         return replace(self, traces=traces.reset_index(drop=True))
 
-    def who(self, traces):
+    def who(self, traces: Iterable[str]) -> np.ndarray:
         """The person behind each of some traces' names, ndarray of object."""
         return np.array([self.people.get(trace, trace) for trace in traces], dtype=object)
 
-    def split(self, *, seed=0):
+    def split(self, *, seed: int = 0) -> tuple["Scene", "Scene"]:
         """Two scenes, each with half of the people, drawn at random.
 
         Raises
@@ -93,7 +101,7 @@ class Scene:
         return self.with_traces(self.traces[first]), self.with_traces(self.traces[~first])
 
 
-def area_of(traces, *, margin=1.0):
+def area_of(traces: pd.DataFrame, *, margin: float = 1.0) -> tuple[float, float, float, float]:
     """The area that traces cover, with a margin, to whole decimetres (metres)."""
     check_traces(traces)
     margin = require_number("margin", margin, low=0, unit="metres")

@@ -103,6 +103,17 @@ def read_scenes(folder: str | os.PathLike) -> tuple[list[Scene], tuple[str, ...]
     scenes : list of Scene
     problems : tuple of str
         One sentence a file that could not be read.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "juelich-corridor" / "runs" / "uo-1.txt"
+    ...     path.parent.mkdir(parents=True)
+    ...     _ = path.write_text("1 5 0 0 170\\n1 6 8 0 170")
+    ...     scenes, problems = read_scenes(folder)
+    >>> scenes[0].name, scenes[0].walkers, problems
+    ('uo-1', ['1'], ())
     """
     scenes, problems = [], []
     for file in find_scenes(folder):

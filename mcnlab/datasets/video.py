@@ -3,7 +3,9 @@
 A video is read lazily and can be read again; its frames are 8-bit, grey or blue-green-red.
 """
 
+import os
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -46,7 +48,9 @@ class Video:
     def __iter__(self):
         return self.frames()
 
-    def frames(self, start=0, stop=None, *, colour=False):
+    def frames(
+        self, start: int = 0, stop: int | None = None, *, colour: bool = False
+    ) -> Iterator[np.ndarray]:
         """Yield frames `start` to `stop` − 1, in order.
 
         Parameters
@@ -98,7 +102,12 @@ class Video:
                 yield frame
 
 
-def open_video(source, *, frame_rate=None, name=None):
+def open_video(
+    source: str | os.PathLike | np.ndarray,
+    *,
+    frame_rate: float | None = None,
+    name: str | None = None,
+) -> Video:
     """Open a video.
 
     Parameters
@@ -122,6 +131,12 @@ def open_video(source, *, frame_rate=None, name=None):
         When it cannot be opened, or has fewer than two frames.
     ArgumentError
         When the frame rate is not given and not known, or an array is not of frames.
+
+    Examples
+    --------
+    >>> video = open_video(np.zeros((3, 24, 32), np.uint8), frame_rate=25.0)
+    >>> video.width, video.height, len(video)
+    (32, 24, 3)
     """
     if isinstance(source, np.ndarray):
         if source.dtype != np.uint8 or source.ndim not in (3, 4) or 0 in source.shape:

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import DatasetError
 from mcnlab.tables import CX, CY
 
@@ -31,7 +32,7 @@ SHARED: Final = 0.3
 _SPANS: Final = (0.25, 0.5)  # seconds between the three boxes of an acceleration
 
 
-def moves(recording):
+def moves(recording: Recording) -> bool:
     """Whether the camera moves: as the benchmark says, or by an estimate for other names.
 
     Parameters
@@ -52,7 +53,7 @@ def moves(recording):
     return shared_motion(recording) > SHARED if known is None else known
 
 
-def known_motion(name):
+def known_motion(name: str) -> bool | None:
     """Whether the benchmark says that a sequence's camera moves; None if it does not say.
 
     Parameters
@@ -66,7 +67,7 @@ def known_motion(name):
     return name in MOVING if name in MOVING | STATIC else None
 
 
-def shared_motion(recording):
+def shared_motion(recording: Recording) -> float:
     """The share of the boxes' acceleration that all people in a frame have in common.
 
     People walk each in their own way, so the accelerations a of two boxes in one frame are

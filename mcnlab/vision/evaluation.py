@@ -8,13 +8,13 @@ from mcnlab.tables import FRAME, TRACE
 from mcnlab.vision import flow
 
 
-def flow_errors(sequences):
+def flow_errors(sequences: dict[str, tuple]) -> pd.DataFrame:
     """The mean end-point error of every optical flow on every sequence, pixels.
 
     Parameters
     ----------
     sequences : dict
-        Name → (first, second, truth), as from `bundled.flow_sequences`.
+        Name → (first, second, truth), as from `recordings.flow_sequences`.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def flow_errors(sequences):
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def judge_traces(points, feet, *, first=0):
+def judge_traces(points: pd.DataFrame, feet: pd.DataFrame, *, first: int = 0) -> dict:
     """Recall, precision and error of traces, with intervals that draw whole walkers.
 
     Parameters

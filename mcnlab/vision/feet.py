@@ -17,12 +17,14 @@ F. Fleuret et al., "Multicamera people tracking with a probabilistic occupancy m
 TPAMI 30(2), 2008: people as boxes of known size that explain the foreground.
 """
 
+from collections.abc import Callable, Iterable, Iterator
 from inspect import signature
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.checks import (
     require_array,
@@ -31,6 +33,7 @@ from mcnlab.checks import (
     require_kind,
     require_number,
 )
+from mcnlab.datasets.video import Video
 from mcnlab.errors import ArgumentError, McnError, SilhouetteError
 from mcnlab.regression import fit_lines_robust
 from mcnlab.tables import FRAME, H, W, X, Y
@@ -54,7 +57,14 @@ LEAST_NEW = 0.25  # share that must not be explained by others
 STRIDE = 2  # pixels between the places tried
 
 
-def background_masks(video, *, threshold=16.0, shadow=0.5, learning_rate=0.0005, warm_up=None):
+def background_masks(
+    video: Video,
+    *,
+    threshold: float = 16.0,
+    shadow: float = 0.5,
+    learning_rate: float = 0.0005,
+    warm_up: int | None = None,
+) -> Iterator[np.ndarray]:
     """Moving silhouettes by background subtraction (MOG2), shadows left out.
 
     The video is run through twice: first to learn the background, from every third frame,
@@ -99,7 +109,14 @@ def _subtract(video, threshold, shadow, learning_rate, stop):
         yield cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(3))
 
 
-def flow_masks(video, *, method="horn-schunck-plain", speed=0.5, closing=5, **options):
+def flow_masks(
+    video: Video,
+    *,
+    method: str = "horn-schunck-plain",
+    speed: float = 0.5,
+    closing: int = 5,
+    **options: Any,
+) -> Iterator[np.ndarray]:
     """Moving silhouettes by optical flow: the thesis's way (section 2.3, Figure 2.8).
 
     A frame's flow is that to the next frame, the last one's that to the one before.  Who
@@ -150,7 +167,7 @@ def _threshold_flow(video, method, speed, closing, options):
     yield mask_of(earlier, before)
 
 
-def moving_masks(video, *, method=BACKGROUND, **options):
+def moving_masks(video: Video, *, method: str = BACKGROUND, **options: Any) -> Iterator[np.ndarray]:
     """`background_masks` or `flow_masks`, by the name of the method, one of `METHODS`."""
     if not hasattr(video, "frames") or not hasattr(video, "n_frames"):
         raise ArgumentError(f"video is a {type(video).__name__}; pass what open_video gives.")
@@ -160,7 +177,7 @@ def moving_masks(video, *, method=BACKGROUND, **options):
     return flow_masks(video, method=method, **options)
 
 
-def check_mask_options(method, options):
+def check_mask_options(method: str, options: Iterable[str]) -> None:
     """Raise `ArgumentError` unless `method` is one of `METHODS` and has all of the options."""
     require_choice("method", method, METHODS)
     if method == BACKGROUND:
@@ -186,7 +203,9 @@ class PersonSizes(NamedTuple):
     wide: np.ndarray  # (rows, columns) pixels, of the trunk
 
 
-def trunk_widths(shape, to_ground, *, coarsest=COARSEST):
+def trunk_widths(
+    shape: tuple[int, int], to_ground: Callable, *, coarsest: float = COARSEST
+) -> np.ndarray:
     """How wide a person's trunk appears, by the pixel of the feet.
 
     Parameters
@@ -265,7 +284,7 @@ def _ground_at(to_ground, points):
     return require_array("to_ground", ground, points.shape, finite=False, remedy=remedy)
 
 
-def person_sizes(widths, height):
+def person_sizes(widths: np.ndarray, height: Callable | float) -> PersonSizes:
     """How large a person appears, by the pixel of the feet.
 
     Parameters
@@ -302,7 +321,7 @@ def person_sizes(widths, height):
     return PersonSizes(tall, np.where(tall > 0, widths, 0.0))
 
 
-def learn_height(masks, widths):
+def learn_height(masks: Iterable[np.ndarray], widths: np.ndarray) -> Callable:
     """How tall people appear, from the silhouettes themselves.
 
     On level ground height is linear in the row of the feet (`estimate_camera`).
@@ -396,7 +415,7 @@ class FeetFinder:
             ]
         )
 
-    def __call__(self, mask):
+    def __call__(self, mask: ArrayLike) -> np.ndarray:
         """The feet in one mask; see `find_feet`."""
         mask = _check_mask(mask, self.shape)
         covered = self._count(mask, slice(None))
@@ -447,7 +466,7 @@ class FeetFinder:
         return x, y, right - left, tall
 
 
-def find_feet(mask, sizes, **options):
+def find_feet(mask: ArrayLike, sizes: PersonSizes, **options: float) -> np.ndarray:
     """The bottom points of the people in one silhouette image (thesis section 2.3).
 
     People as tall as the calibration says are laid over the foreground one by one, each time
@@ -482,7 +501,9 @@ def _check_mask(mask, shape, *, argument="sizes"):
     return (require_array("mask", mask, shape, remedy=remedy) != 0).astype(np.uint8)
 
 
-def detect_feet(masks, sizes, to_ground, **options):
+def detect_feet(
+    masks: Iterable[np.ndarray], sizes: PersonSizes, to_ground: Callable, **options: float
+) -> pd.DataFrame:
     """Feet in every frame, on the ground.
 
     Parameters

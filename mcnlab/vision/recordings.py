@@ -1,5 +1,6 @@
 """Recordings by name, measured anew where they lie at hand, or as bundled."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,7 @@ PETS_HALF = 397  # frames: what was tuned saw the frames before this one only
 EXAMPLE_NOISE = SegmentationNoise(specks=4, speck_size=(3, 8), holes=4, cut_limbs=4, cut_share=0.04)
 
 
-def casia_a(*, mirrored=True, progress=False):
+def casia_a(*, mirrored: bool = True, progress: bool = False) -> Recording:
     """CASIA Dataset A as a recording, mirrored to eight directions.
 
     Parameters
@@ -62,6 +63,12 @@ def casia_a(*, mirrored=True, progress=False):
     DatasetError
         When files are missing or nothing can be measured; a damaged sequence is left
         out and named in ``problems``.
+
+    Examples
+    --------
+    >>> recording = casia_a(mirrored=False)
+    >>> recording.name, recording.frame_rate
+    ('casia-a', 25.0)
     """
     folder = casia_a_folder()
     if folder is None:
@@ -102,7 +109,7 @@ def measure_casia_a(folder, *, min_area=MIN_AREA, n_jobs=-1, progress=False):
     return casia_a_recording(boxes, labels, source="measured", problems=problems)
 
 
-def read_casia_a(folder):
+def read_casia_a(folder: str | os.PathLike) -> Recording:
     """The recording whose box table and labels lie in `folder`.
 
     Parameters
@@ -125,7 +132,7 @@ def read_casia_a(folder):
     return casia_a_recording(boxes, labels, source="bundled")
 
 
-def example_masks(direction, *, seed=0):
+def example_masks(direction: int, *, seed: int = 0) -> np.ndarray:
     """The silhouettes of one walk: a real one, or without images a synthetic one.
 
     Parameters
@@ -152,7 +159,7 @@ def example_masks(direction, *, seed=0):
     raise DatasetError(f"direction is {direction}: nobody in {folder} walks so; pass another.")
 
 
-def flow_sequences():
+def flow_sequences() -> dict[str, tuple]:
     """Pairs of frames with true flow: Middlebury's, or made ones without them.
 
     Returns
@@ -222,7 +229,7 @@ TRACES = Kept(
 )
 
 
-def trace_pets(folder, method):
+def trace_pets(folder: str | os.PathLike, method: str) -> pd.DataFrame:
     """The traces of PETS 2009, View 1, by one of `traces.METHODS`: metres, frames from 0."""
     path, calibration, _ = pets_video_files(folder)
     video = open_video(path, frame_rate=pets.PETS_FRAME_RATE)
@@ -230,18 +237,24 @@ def trace_pets(folder, method):
     return traces.trace_video(video, camera.to_ground, method=method, height=camera.height_at)
 
 
-def true_pets_feet(folder):
+def true_pets_feet(folder: str | os.PathLike) -> pd.DataFrame:
     """The true feet of PETS 2009, View 1: a trace table, metres, frames from 0."""
     world = motchallenge.read_mot_world(pets_video_files(folder)[2])
     names = {SEQUENCE: TRACE, WORLD_X: X, WORLD_Y: Y}
     return world.rename(columns=names).sort_values([TRACE, FRAME], ignore_index=True)
 
 
-def pets2009_scene():
+def pets2009_scene() -> Scene:
     """PETS 2009 as a scene: our traces by background subtraction.
 
     A trace that passes from one person to another is cut there, and every piece knows whose
     it is, so that a split by people puts nobody in both halves.
+
+    Examples
+    --------
+    >>> scene = pets2009_scene()
+    >>> scene.name, scene.frame_rate
+    ('pets', 7.0)
     """
     table = pets2009_traces(["background"])[0].reset_index(drop=True)
     # Between two sightings of a person the trace is taken to be his.
@@ -263,7 +276,7 @@ def pets2009_scene():
     )
 
 
-def scenes():
+def scenes() -> list[Scene]:
     """Every place at hand where people walk: the made corridor, PETS, and real trajectories.
 
     Returns
@@ -275,6 +288,11 @@ def scenes():
     ------
     McnError
         When files are damaged beyond leaving a trace out.
+
+    Examples
+    --------
+    >>> [scene.name for scene in scenes()][:2]
+    ['corridor', 'pets']
     """
     found = [corridor.make_corridor(), pets2009_scene()]
     folder = data_folder()
@@ -290,7 +308,7 @@ def silhouettes_of(recording, sequence, frames):
     ----------
     recording : Recording
         CASIA A, whose images lie under ``MCNLAB_DATA`` or nowhere, or the made street as
-        `composites.make_street` makes it unless told otherwise.
+        `street.make_street` makes it unless told otherwise.
     sequence : str
     frames : sequence of int
         Frame numbers of the recording's own clock.

@@ -6,12 +6,14 @@ connected component.  Real silhouettes fall into head, torso and legs, so here t
 is the largest fragment *and* the fragments that stand in one column with it.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy.ndimage import median_filter
 
 from mcnlab.checks import require_array, require_count
@@ -61,7 +63,7 @@ class Body:
     mask: np.ndarray
 
 
-def find_body(mask, *, min_area=MIN_AREA):
+def find_body(mask: ArrayLike, *, min_area: int = MIN_AREA) -> Body:
     """The one walker in a binary image.
 
     Parameters
@@ -97,7 +99,14 @@ def find_body(mask, *, min_area=MIN_AREA):
     return Body(x, y, w, h, cx, cy, area, int(chosen.sum()), clean)
 
 
-def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, min_area=MIN_AREA):
+def measure_sequence(
+    masks: Iterable[ArrayLike],
+    *,
+    sequence: str = "walk",
+    subject: str = "walker",
+    frames: ArrayLike | None = None,
+    min_area: int = MIN_AREA,
+) -> pd.DataFrame:
     """The box table of one walk.
 
     Each frame is measured by itself; where a box departs from the running median of
@@ -127,6 +136,13 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
         When a mask is not binary, or `frames` does not fit.
     SilhouetteError
         When no frame shows a walker.
+
+    Examples
+    --------
+    >>> masks = np.zeros((2, 60, 80), np.uint8)
+    >>> masks[0, 10:50, 20:32] = masks[1, 10:50, 23:35] = 255
+    >>> measure_sequence(masks)[["frame", "x", "y", "w", "h"]].to_numpy().tolist()
+    [[1, 20, 10, 12, 40], [2, 23, 10, 12, 40]]
     """
     min_area = require_count("min_area", min_area, low=1)
     found, numbers, rows, fault = [], [], [], None
@@ -160,7 +176,13 @@ def measure_sequence(masks, *, sequence="walk", subject="walker", frames=None, m
     return pd.DataFrame({SEQUENCE: sequence, SUBJECT: subject, **measured})
 
 
-def measure_sequences(sequences, *, min_area=MIN_AREA, n_jobs=-1, progress=False):
+def measure_sequences(
+    sequences: list,
+    *,
+    min_area: int = MIN_AREA,
+    n_jobs: int = -1,
+    progress: bool = False,
+) -> tuple[pd.DataFrame, tuple[str, ...]]:
     """The box table of many walks, on all cores.
 
     Parameters
@@ -206,7 +228,7 @@ def measure_sequences(sequences, *, min_area=MIN_AREA, n_jobs=-1, progress=False
     return pd.concat(tables, ignore_index=True), tuple(problems)
 
 
-def close_gaps(mask, *, size=5):
+def close_gaps(mask: ArrayLike, *, size: int = 5) -> np.ndarray:
     """Bridge gaps narrower than `size` pixels: morphological closing with a disc.
 
     An even size counts as the next odd one: the disc needs a middle.
@@ -219,7 +241,9 @@ def close_gaps(mask, *, size=5):
     return closed[size:-size, size:-size].copy()
 
 
-def rectify_with_flow(masks, *, reach=2, blur=3.0):
+def rectify_with_flow(
+    masks: Iterable[ArrayLike], *, reach: int = 2, blur: float = 3.0
+) -> np.ndarray:
     """Mend improper segmentation with optical flow (thesis 3.2.1 (a)).
 
     The silhouettes up to `reach` frames before and after are carried onto each frame
@@ -273,7 +297,7 @@ def rectify_with_flow(masks, *, reach=2, blur=3.0):
     return mended
 
 
-def check_mask(mask):
+def check_mask(mask: ArrayLike) -> np.ndarray:
     """`mask` as a contiguous uint8 image of 0 and 255, or `ArgumentError`."""
     return _check_window(mask)[0]
 

@@ -9,13 +9,17 @@ References
 P. H. C. Eilers, "A perfect smoother", Analytical Chemistry 75(14), 2003.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.checks import require_array, require_kind, require_number
+from mcnlab.datasets.video import Video
 from mcnlab.errors import ArgumentError, TableError
 from mcnlab.tables import (
     FRAME,
@@ -46,15 +50,15 @@ WALKING = 1.4  # m/s, the spread of a walker's unknown first velocity
 
 
 def link(
-    detections,
+    detections: pd.DataFrame,
     *,
-    frame_rate,
-    gate=1.5,
-    most_gap=2.0,
-    shortest=1.0,
-    noise=0.25,
-    acceleration=0.6,
-):
+    frame_rate: float,
+    gate: float = 1.5,
+    most_gap: float = 2.0,
+    shortest: float = 1.0,
+    noise: float = 0.25,
+    acceleration: float = 0.6,
+) -> pd.DataFrame:
     """Link feet from frame to frame: one trace a walker.
 
     Each walker is expected where a constant velocity takes it (a Kalman filter with random
@@ -175,7 +179,9 @@ def _associate(frame, places, *, gate, most_gap, noise, kick, pace):
     return walker
 
 
-def smooth(places, *, weights, stiffness, huber=2.0):
+def smooth(
+    places: ArrayLike, *, weights: ArrayLike, stiffness: float, huber: float = 2.0
+) -> np.ndarray:
     """The smoothest walk through places: Whittaker's smoother, robust to strays.
 
     What is least is ∑ w·|z − p|² + stiffness · ∑ |z″|², with z″ the second difference; frames
@@ -247,15 +253,15 @@ def _check_detections(detections):
 
 
 def trace_video(
-    video,
-    to_ground,
+    video: Video,
+    to_ground: Callable,
     *,
-    method=BACKGROUND,
-    height=None,
-    coarsest=COARSEST,
-    mask_options=None,
-    **options,
-):
+    method: str = BACKGROUND,
+    height: Callable | float | None = None,
+    coarsest: float = COARSEST,
+    mask_options: dict | None = None,
+    **options: Any,
+) -> pd.DataFrame:
     """The whole chain: a video to traces on the ground (thesis section 2.3).
 
     Parameters
@@ -288,6 +294,19 @@ def trace_video(
         When nobody moved.
     ArgumentError, DatasetError, TableError
         As the steps do.
+
+    Examples
+    --------
+    A block of 12 by 30 pixels that moves by three a frame, seen at 0.05 m a pixel.
+
+    >>> from mcnlab.datasets.video import open_video
+    >>> frames = np.full((30, 60, 160), 90, np.uint8)
+    >>> for at, frame in enumerate(frames):
+    ...     frame[20:50, 20 + 3 * at : 32 + 3 * at] = 200
+    >>> video = open_video(frames, frame_rate=10.0)
+    >>> traces = trace_video(video, lambda points: 0.05 * points, height=30.0)
+    >>> traces["trace"].unique().tolist()
+    ['1']
     """
     mask_options = {} if mask_options is None else mask_options
     require_kind("mask_options", mask_options, dict, "a dict, such as {'speed': 0.8}")
@@ -322,22 +341,22 @@ class TraceScore:
     points: pd.DataFrame
 
     @property
-    def recall(self):
+    def recall(self) -> float:
         """Share of the true feet that a trace passes."""
         return float(self.feet["found"].mean())
 
     @property
-    def precision(self):
+    def precision(self) -> float:
         """Share of the trace points at a true foot; 0 if there are no points."""
         return float(self.points["matched"].mean()) if len(self.points) else 0.0
 
     @property
-    def median_error(self):
+    def median_error(self) -> float:
         """Median distance of the pairs, metres; the radius if there are none."""
         error = self.feet["error"][self.feet["found"]]
         return float(error.median()) if len(error) else self.radius
 
-    def between(self, start, stop):
+    def between(self, start: int, stop: int) -> "TraceScore":
         """The score of frames `start` to `stop` − 1."""
         feet, points = (
             table[table[FRAME].between(start, stop - 1)].reset_index(drop=True)
@@ -348,7 +367,7 @@ class TraceScore:
         return TraceScore(self.radius, feet, points)
 
 
-def score_traces(traces, truth, *, radius=1.0):
+def score_traces(traces: pd.DataFrame, truth: pd.DataFrame, *, radius: float = 1.0) -> TraceScore:
     """Score traces against true feet, frame by frame.
 
     In each frame trace points and true feet are paired one to one, as many pairs within the
