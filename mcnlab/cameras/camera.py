@@ -55,8 +55,8 @@ class Camera:
     >>> camera.to_ground([[320, 240]]).round(2)
     array([[0. , 5.2]])
     >>> camera.project([[0, 5.2, 0], [1, 8, 1.7]]).round(1)
-    array([[320. , 239.8],
-           [424.1,  94. ]])
+    array([[320. , 239.7],
+           [425.6, -63.4]])
     >>> camera.see([[0, 5.2, 0], [0, -9, 0]])[1]
     array([ True, False])
     """
@@ -143,16 +143,16 @@ class Camera:
         ArgumentError
             When the matrix is of no camera at a finite place.
         """
-        matrix = require_array("matrix", matrix, (3, 4))
-        matrix = matrix / (np.linalg.norm(matrix[:, :3]) or 1.0)
-        determinant = np.linalg.det(matrix[:, :3])
+        held = require_array("matrix", matrix, (3, 4))
+        held = held / (np.linalg.norm(held[:, :3]) or 1.0)
+        determinant = np.linalg.det(held[:, :3])
         if abs(determinant) < 1e-12:
             raise ArgumentError("matrix sees from infinitely far; pass that of a real camera.")
-        matrix = matrix * np.sign(determinant)
-        lens, turn = rq(matrix[:, :3])
+        held = held * np.sign(determinant)
+        lens, turn = rq(held[:, :3])
         signs = np.sign(np.diag(lens))
         lens, turn = lens * signs, signs[:, None] * turn
-        shift = np.linalg.solve(lens, matrix[:, 3])
+        shift = np.linalg.solve(lens, held[:, 3])
         return cls(np.triu(lens / lens[2, 2]), turn, shift, *frame_size)
 
     def __eq__(self, other: object) -> bool:
@@ -263,7 +263,8 @@ class Camera:
         """
         pixels, _ = self._image(_check_world(points))
         edge = np.array([self.frame_width, self.frame_height]) - 0.5
-        return pixels, ((pixels >= -0.5) & (pixels < edge)).all(axis=-1)
+        within = (pixels >= -0.5) & (pixels < edge)
+        return pixels, np.asarray(within.all(axis=-1))
 
     def ray(self, pixels: ArrayLike) -> np.ndarray:
         """The directions in the world that pixels look in.

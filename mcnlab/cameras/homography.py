@@ -1,15 +1,16 @@
 """Homographies: between two planes, exact and checked."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mcnlab.checks import require_points
+from mcnlab.checks import require_array, require_points
 from mcnlab.errors import ArgumentError
 
 # A triangle of points this flat, relative to the cloud's extent, leaves the plane free to tilt.
 FLATNESS = 1e-3
 
 
-def find_homography(image_points, ground_points):
+def find_homography(image_points: ArrayLike, ground_points: ArrayLike) -> np.ndarray:
     """The homography that takes image points to the ground (Figure 2.9).
 
     Parameters
@@ -31,6 +32,13 @@ def find_homography(image_points, ground_points):
         is not finite, points repeat, or they lie on a line.  OpenCV's findHomography
         returns a matrix of rank one for such points, in silence, and rounds to single
         precision; hence our own, the normalised direct linear transform.
+
+    Examples
+    --------
+    >>> pixels = [[0, 0], [100, 0], [80, 50], [20, 50]]
+    >>> metres = [[0, 0], [10, 0], [10, 8], [0, 8]]
+    >>> project(find_homography(pixels, metres), [[50, 25]]).round(2)
+    array([[5., 3.]])
     """
     image = require_points("image_points", image_points, least=4)
     ground = require_points("ground_points", ground_points, least=4)
@@ -69,7 +77,7 @@ def find_homography(image_points, ground_points):
     return homography / (last if abs(last) > 1e-12 else np.linalg.norm(homography))
 
 
-def project(homography, points):
+def project(homography: ArrayLike, points: ArrayLike) -> np.ndarray:
     """Take points through a homography.
 
     Beyond the horizon a homography shows ground that lies behind the camera.  Which side is
@@ -89,6 +97,11 @@ def project(homography, points):
     ArgumentError
         When the matrix is not a finite, invertible 3×3, a point falls on the horizon, or
         some points lie on the other side of it.
+
+    Examples
+    --------
+    >>> project([[2, 0, 1], [0, 2, 0], [0, 0, 1]], [[3, 4]])
+    array([[7., 8.]])
     """
     matrix = check_homography(homography)
     points = require_points("points", points)
@@ -108,14 +121,10 @@ def project(homography, points):
     return rays[:, :2] / rays[:, 2:]
 
 
-def check_homography(homography):
+def check_homography(homography: ArrayLike) -> np.ndarray:
     """Return a homography as floats, or raise `ArgumentError`."""
-    try:
-        matrix = np.asarray(homography, dtype=float)
-    except (TypeError, ValueError) as fault:
-        raise ArgumentError(f"homography is not a matrix of numbers: {fault}.") from fault
-    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
-        raise ArgumentError("homography must be a finite 3×3 matrix; see find_homography.")
+    remedy = "a finite 3×3 matrix, as from find_homography"
+    matrix = require_array("homography", homography, (3, 3), remedy=remedy)
     if np.linalg.matrix_rank(matrix) < 3:
         raise ArgumentError(
             "homography has no inverse: it takes the plane to a line or a point; find it anew "

@@ -122,7 +122,7 @@ def estimate_camera(
     >>> boxes = make_crossings().boxes
     >>> seen = estimate_camera(boxes, focal_length=800, frame_width=640, frame_height=480)
     >>> round(seen.horizon), round(seen.feet, 1), round(seen.camera.horizon)
-    (0, 0, 0)
+    (107, 1.9, 107)
     """
     tables.check_boxes(boxes)
     height, top, centroid = (boxes[name].to_numpy(float) for name in (H, Y, CY))
@@ -229,10 +229,10 @@ def estimate_cameras(
     subject = boxes[SUBJECT].to_numpy()
     height, top, centroid = (boxes[name].to_numpy(float) for name in (H, Y, CY))
     feet = top + height
-    groups = {}
+    groups: dict[str, list] = {}
     for name, at in walks.items():
         groups.setdefault(subject[at.start] if shared == "subject" else "", []).append(name)
-    cameras = {}
+    cameras: dict[str, Sighting] = {}
     for names in groups.values():
         own = [name for name in names if name not in recording.copies] or names
         rows = np.concatenate([np.arange(walks[name].start, walks[name].stop) for name in own])
@@ -262,8 +262,9 @@ def body_scale(height: ArrayLike, feet: ArrayLike, centroid: ArrayLike, camera: 
         the image, in the least-squares sense.
     """
     horizon = 0.0 if camera.horizon is None else camera.horizon
-    pull = camera.feet * (feet - horizon) + camera.centroid * (centroid - horizon)
-    return (height + pull) / (1 + camera.feet**2 + camera.centroid**2)
+    drops = np.asarray(feet) - horizon, np.asarray(centroid) - horizon
+    pull = camera.feet * drops[0] + camera.centroid * drops[1]
+    return (np.asarray(height) + pull) / (1 + camera.feet**2 + camera.centroid**2)
 
 
 def find_place(recording: Any, world: pd.DataFrame) -> np.ndarray:

@@ -110,11 +110,8 @@ def read_tsai(path: str | os.PathLike, *, frame_width: int = PETS_WIDTH) -> Came
     turn, shift = _pose(held)
     scale, focal = frame_width / PETS_WIDTH, held["focal"]
     across, down = held["sx"] * focal / held["dpx"], focal / held["dpy"]
-    lens = [
-        [scale * across, 0, scale * held["cx"]],
-        [0, scale * down, scale * held["cy"]],
-        [0, 0, 1],
-    ]
+    lens = np.diag([scale * across, scale * down, 1])
+    lens[:2, 2] = scale * held["cx"], scale * held["cy"]
     height = max(1, round(scale * PETS_HEIGHT))
     return Camera(lens, turn, shift, frame_width, height, held["kappa1"] * focal**2)
 
