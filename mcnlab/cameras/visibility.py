@@ -133,7 +133,8 @@ def within_reach(away: ArrayLike, near: ArrayLike, reach: ArrayLike) -> np.ndarr
     -------
     ndarray of bool
     """
-    hair = HAIR * np.asarray(reach)
+    away, near, reach = (np.asarray(value, float) for value in (away, near, reach))
+    hair = HAIR * reach
     return (away >= near - hair) & (away <= reach + hair) & (away > 0)
 
 
