@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit, ndtr
 
-from mcnlab.checks import require_number
+from mcnlab.checks import require_array, require_flags, require_like, require_number
 from mcnlab.compass import direction_of
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import thesis
@@ -425,25 +425,32 @@ class Learned:
             occlude or none does.
         """
         from sklearn.linear_model import LogisticRegression
+        from sklearn.pipeline import make_pipeline
+        from sklearn.preprocessing import StandardScaler
 
-        values = self._values(features)
-        occludes = self._one_a_pair("occludes", occludes, len(values))
-        if not np.isin(occludes, (0, 1)).all() or len(np.unique(occludes)) != 2:
+        values = _require_features(features)
+        occludes = require_flags("occludes", occludes)
+        require_like(values[:, 0], of="a feature", occludes=occludes)
+        if len(np.unique(occludes)) != 2:
             raise ArgumentError(
-                f"occludes holds {len(occludes)} answers, {np.count_nonzero(occludes == 1)} of "
+                f"occludes holds {len(occludes)} answers, {np.count_nonzero(occludes)} of "
                 "them yes; pass True or False a pair, both among them."
             )
         if weights is not None:
-            weights = self._one_a_pair("weights", weights, len(values))
-            if not (weights > 0).all():
-                raise ArgumentError(f"weights holds {weights.min():g}; pass numbers above 0.")
-        self.mean_ = np.average(values, axis=0, weights=weights)
-        spread = np.sqrt(np.average((values - self.mean_) ** 2, axis=0, weights=weights))
-        self.scale_ = np.where(spread > 0, spread, 1.0)
-        model = LogisticRegression(C=self.STRENGTH, max_iter=1000)
-        scaled = (values - self.mean_) / self.scale_
-        model.fit(scaled, occludes.astype(bool), sample_weight=weights)
-        self.coef_, self.intercept_ = model.coef_[0], float(model.intercept_[0])
+            weights = require_array("weights", weights, above=0)
+            require_like(occludes, of="occludes", weights=weights)
+        self.model_ = make_pipeline(
+            StandardScaler(), LogisticRegression(C=self.STRENGTH, max_iter=1000)
+        )
+        self.model_.fit(
+            values,
+            occludes,
+            standardscaler__sample_weight=weights,
+            logisticregression__sample_weight=weights,
+        )
+        scaler, regression = self.model_[0], self.model_[-1]
+        self.mean_, self.scale_ = scaler.mean_, scaler.scale_
+        self.coef_, self.intercept_ = regression.coef_[0], float(regression.intercept_[0])
         return self
 
     def predict_probability(self, features, probability):
@@ -465,14 +472,14 @@ class Learned:
             When nothing was fitted, shapes differ, a value is not finite, or a probability is
             none.
         """
-        if not hasattr(self, "coef_"):
+        if not hasattr(self, "model_"):
             raise ArgumentError("Learned has learned nothing yet; call fit first.")
-        values = self._values(features)
-        probability = self._one_a_pair("probability", probability, len(values))
-        if not ((probability >= 0) & (probability <= 1)).all():
-            raise ArgumentError("probability holds what is outside 0 to 1; pass Perspective's.")
-        score = (values - self.mean_) / self.scale_ @ self.coef_ + self.intercept_
-        return (expit(score) + probability) / 2
+        values = _require_features(features)
+        probability = require_array("probability", probability, low=0, high=1)
+        require_like(values[:, 0], of="a feature", probability=probability)
+        if len(values) == 0:
+            return probability
+        return (self.model_.predict_proba(values)[:, 1] + probability) / 2
 
     def forecast(self, pairs):
         """What it says of each pair; time and place are `Perspective`'s."""
@@ -482,32 +489,10 @@ class Learned:
         probability[near] = self.predict_probability(describe(outlook), probability[near])
         return outlook.forecast._replace(probability=probability)
 
-    @staticmethod
-    def _values(features):
-        values = _finite("features", features)
-        if values.ndim != 2 or values.shape[1] != len(FEATURES):
-            raise ArgumentError(
-                f"features has shape {values.shape}; pass what describe makes, {len(FEATURES)} "
-                "numbers a pair."
-            )
-        return values
 
-    @staticmethod
-    def _one_a_pair(name, values, n):
-        values = _finite(name, values)
-        if values.shape != (n,):
-            raise ArgumentError(f"{name} has shape {values.shape}; pass one a pair, {n} in all.")
-        return values
-
-
-def _finite(name, values):
-    try:
-        values = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{name} holds what is no number; pass numbers only.") from None
-    if not np.isfinite(values).all():
-        raise ArgumentError(f"{name} holds values that are not finite; pass finite numbers.")
-    return values
+def _require_features(features):
+    remedy = f"what describe makes, {len(FEATURES)} finite numbers a pair"
+    return require_array("features", features, (None, len(FEATURES)), remedy=remedy)
 
 
 def _log_odds(probability):

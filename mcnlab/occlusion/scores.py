@@ -72,19 +72,14 @@ def curve_of(occludes, probability, *, weights=None):
     ArgumentError
         When lengths differ, a number is out of range, or no pair occludes.
     """
-    occludes, probability = _check_pairs(occludes, probability)
-    weights = _check_weights(weights, occludes)
-    # A pair that counts nothing makes no entry; so every entry has a precision.
-    occludes, probability, weights = (
-        values[weights > 0] for values in (occludes, probability, weights)
-    )
-    _require_positive(occludes)
-    falling = np.argsort(-probability, kind="stable")
-    occludes, probability, weights = occludes[falling], probability[falling], weights[falling]
-    last = np.r_[np.flatnonzero(np.diff(probability)), len(probability) - 1]
-    hits = np.cumsum(weights * occludes)[last]
-    yes = np.cumsum(weights)[last]
-    return Curve(probability[last], hits / yes, hits / hits[-1], 2 * hits / (yes + hits[-1]))
+    from sklearn.metrics import precision_recall_curve
+
+    occludes, probability, weights = _check_counting(occludes, probability, weights)
+    precision, recall, rising = precision_recall_curve(occludes, probability, sample_weight=weights)
+    # The last entry is above every probability.
+    precision, recall = precision[-2::-1], recall[-2::-1]
+    some = np.where(precision + recall > 0, precision + recall, 1.0)
+    return Curve(rising[::-1], precision, recall, 2 * precision * recall / some)
 
 
 def average_precision(occludes, probability, *, weights=None):
@@ -108,8 +103,10 @@ def average_precision(occludes, probability, *, weights=None):
     ArgumentError
         As for `curve_of`.
     """
-    curve = curve_of(occludes, probability, weights=weights)
-    return float(np.sum(np.diff(curve.recall, prepend=0.0) * curve.precision))
+    from sklearn.metrics import average_precision_score
+
+    occludes, probability, weights = _check_counting(occludes, probability, weights)
+    return float(average_precision_score(occludes, probability, sample_weight=weights))
 
 
 def f1_of(occludes, said, *, weights=None):
@@ -130,12 +127,13 @@ def f1_of(occludes, said, *, weights=None):
     ArgumentError
         When lengths differ, a flag is neither True nor False, or no pair occludes.
     """
+    from sklearn.metrics import f1_score
+
     occludes, said = require_flags("occludes", occludes), require_flags("said", said)
     require_like(occludes, of="occludes", said=said)
     weights = _check_weights(weights, occludes)
     _require_positive(occludes & (weights > 0))
-    hits = weights[occludes & said].sum()
-    return float(2 * hits / (weights[occludes].sum() + weights[said].sum()))
+    return float(f1_score(occludes, said, sample_weight=weights, zero_division=0.0))
 
 
 def count_answers(occludes, probability, threshold):
@@ -309,19 +307,24 @@ def bins_of(probability, bins):
 def _check_pairs(occludes, probability):
     """Flags and probabilities, one of each a pair."""
     occludes = require_flags("occludes", occludes)
-    require_like(
-        occludes, of="occludes", probability=require_array("probability", probability, finite=False)
-    )
-    return occludes, require_array("probability", probability, low=0, high=1)
+    probability = require_array("probability", probability, low=0, high=1)
+    require_like(occludes, of="occludes", probability=probability)
+    return occludes, probability
+
+
+def _check_counting(occludes, probability, weights):
+    """The pairs that count anything, and what they count; so every yes has a precision."""
+    occludes, probability = _check_pairs(occludes, probability)
+    weights = _check_weights(weights, occludes)
+    _require_positive(occludes & (weights > 0))
+    return tuple(values[weights > 0] for values in (occludes, probability, weights))
 
 
 def _check_weights(weights, occludes):
     if weights is None:
         return np.ones(len(occludes))
-    weights = require_array("weights", weights, finite=False)
+    weights = require_array("weights", weights, low=0, high=_HEAVIEST)
     require_like(occludes, of="occludes", weights=weights)
-    if not ((weights >= 0) & (weights <= _HEAVIEST)).all():
-        raise ArgumentError(f"weights must hold numbers from 0 to {_HEAVIEST:g}, one a pair.")
     return weights
 
 

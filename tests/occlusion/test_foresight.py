@@ -269,7 +269,7 @@ def broken(tables, kind):
         ("column", "tables lacks the column.*moving"),
         ("feature", "tables lacks the column.*gap"),
         ("no table", "tables is a NoneType"),
-        ("not finite", "features holds values that are not finite"),
+        ("not finite", "features is nan in row"),
         ("all", "answers"),
     ],
 )

@@ -299,9 +299,9 @@ def test_a_calibration_that_cannot_be_measured_is_refused(function, probability,
     ("weights", "match"),
     [
         ([1], "weights has the shape"),
-        ([1, -1], "weights must hold"),
-        ([1, np.nan], "weights must hold"),
-        ([1, 1e300], "weights must hold"),
+        ([1, -1], "weights is -1 in row 1"),
+        ([1, np.nan], "weights is nan in row 1"),
+        ([1, 1e300], "weights is 1e.300 in row 1"),
         ([0, 1], "occludes names no pair"),
     ],
 )
