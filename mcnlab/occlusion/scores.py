@@ -23,7 +23,14 @@ from mcnlab.checks import (
     require_number,
 )
 from mcnlab.errors import ArgumentError
-from mcnlab.statistics import Estimate, _estimate, _weighted_medians, wilson_interval
+from mcnlab.statistics import (
+    Couples,
+    Estimate,
+    draw_pairs,
+    estimate_of,
+    weighted_medians,
+    wilson_interval,
+)
 from mcnlab.tables import check_columns
 
 BINS = 10  # of the calibration error
@@ -423,11 +430,12 @@ def score(truth, forecast, *, threshold, draws=400, seed=0):
     Annals of Applied Statistics 1, 2007; A. B. Owen and D. Eckles, Bootstrapping data arrays of
     arbitrary order, Annals of Applied Statistics 6, 2012 (why it is conservative).
     """
-    walkers = _draw_walkers(truth, draws=draws, seed=seed)
-    (found,) = _measure(walkers, [_count(walkers, forecast, threshold)])
+    held = _check_truth(truth)
+    walkers = draw_pairs(held["first"], held["second"], draws=draws, seed=seed)
+    (found,) = _measure(walkers, [_count(held, walkers, forecast, threshold)])
     return Scores(
         **{
-            name: _estimate(values, walkers.n, centred=name == "calibration_error")
+            name: estimate_of(values, walkers.n, centred=name == "calibration_error")
             for name, values in found.items()
         }
     )
@@ -461,31 +469,18 @@ def difference(truth, forecast, other, *, thresholds, draws=400, seed=0):
         raise ArgumentError(
             f"thresholds is {thresholds!r}; pass two, that of forecast and that of other."
         )
-    walkers = _draw_walkers(truth, draws=draws, seed=seed)
+    held = _check_truth(truth)
+    walkers = draw_pairs(held["first"], held["second"], draws=draws, seed=seed)
     ours, theirs = _measure(
         walkers,
         [
-            _count(walkers, forecast, thresholds[0], argument="forecast"),
-            _count(walkers, other, thresholds[1], argument="other"),
+            _count(held, walkers, forecast, thresholds[0], argument="forecast"),
+            _count(held, walkers, other, thresholds[1], argument="other"),
         ],
     )
     return Difference(
-        *(_estimate(ours[name] - theirs[name], walkers.n) for name in Difference._fields)
+        *(estimate_of(ours[name] - theirs[name], walkers.n) for name in Difference._fields)
     )
-
-
-class _Walkers(NamedTuple):
-    """The truth, and how often each walker is drawn."""
-
-    truth: dict  # name → (n,)
-    couple: np.ndarray  # (n,) which two walkers a pair is
-    one: np.ndarray  # (couples,) a couple's one walker
-    two: np.ndarray  # (couples,) and the other
-    times: np.ndarray  # (1 + draws, walkers): how often drawn; once each in the first row
-
-    @property
-    def n(self):
-        return self.times.shape[1]
 
 
 class _Counts(NamedTuple):
@@ -496,9 +491,8 @@ class _Counts(NamedTuple):
     errors: dict  # name → rising errors (k,) of the true positives, and their couples (k,)
 
 
-def _draw_walkers(truth, *, draws, seed):
-    """Check the truth and draw walkers."""
-    draws, seed = require_count("draws", draws, low=1), require_count("seed", seed)
+def _check_truth(truth) -> dict[str, np.ndarray]:
+    """The columns of the truth, by name."""
     held = _columns(truth, TRUTH, argument="truth")
     occludes = held["occludes"] = require_flags("truth.occludes", held["occludes"])
     _require_positive(occludes, name="truth.occludes")
@@ -509,24 +503,21 @@ def _draw_walkers(truth, *, draws, seed):
         require_all(
             f"truth.{name}", values, sound | ~occludes, f"the pair occludes: pass a {kind} number"
         )
-    who = np.concatenate([held["first"], held["second"]])
-    one, two = np.sort(_codes("truth.first and truth.second", who).reshape(2, -1), axis=0)
-    if (one == two).any():
-        row = int(np.flatnonzero(one == two)[0])
+    first, second = (
+        require_labels(f"truth.{name}", held[name]).astype(str) for name in ("first", "second")
+    )
+    if (first == second).any():
+        row = int(np.argmax(first == second))
         raise ArgumentError(
-            f"truth.first and truth.second are both {str(who[row])!r} at pair {row}; "
+            f"truth.first and truth.second are both {str(first[row])!r} at pair {row}; "
             "pass two different walkers."
         )
-    walkers = int(two.max()) + 1
-    couples, couple = np.unique(one * walkers + two, return_inverse=True)
-    drawn = np.random.default_rng(seed).multinomial(walkers, np.full(walkers, 1 / walkers), draws)
-    times = np.vstack([np.ones(walkers), drawn])
-    return _Walkers(held, couple, couples // walkers, couples % walkers, times)
+    return held
 
 
-def _count(walkers, forecast, threshold, *, argument="forecast"):
+def _count(truth, walkers, forecast, threshold, *, argument="forecast"):
     """Sum up per couple all that a draw will weigh."""
-    truth, couple = walkers.truth, walkers.couple
+    couple = walkers.couple
     threshold = require_number("threshold", threshold, low=0, high=1)
     occludes = truth["occludes"]
     held = {
@@ -575,7 +566,7 @@ def _count(walkers, forecast, threshold, *, argument="forecast"):
     return _Counts(sums, levels, errors)
 
 
-def _measure(walkers, counts):
+def _measure(walkers: Couples, counts: list[_Counts]) -> list[dict[str, np.ndarray]]:
     """Every score of every forecaster in every draw, NaN where it does not exist.
 
     Returns
@@ -587,8 +578,7 @@ def _measure(walkers, counts):
     step = max(_CELLS // largest, 1)
     parts = [[] for _ in counts]
     for start in range(0, len(walkers.times), step):
-        times = walkers.times[start : start + step].T
-        weights = times[walkers.one] * times[walkers.two]  # (couples, draws at a time)
+        weights = walkers.weights(slice(start, start + step))
         for part, each in zip(parts, counts, strict=True):
             part.append(_measure_weighted(each, weights))
     return [
@@ -614,7 +604,7 @@ def _measure_weighted(counts, weights):
         "calibration_error": _ratio(np.abs(gaps).sum(axis=0), everyone),
     }
     for name, (rising, couple) in counts.errors.items():
-        scores[name] = _weighted_medians(rising, weights[couple])
+        scores[name] = weighted_medians(rising, weights[couple])
     return {name: np.where(positive > 0, values, np.nan) for name, values in scores.items()}
 
 
@@ -639,11 +629,6 @@ def _columns(table, names, *, argument, like=None):
     like = held[names[0]] if like is None else like
     require_like(like, of="the truth", **{f"{argument}.{name}": held[name] for name in names})
     return held
-
-
-def _codes(name, names):
-    """Whole numbers from 0 on, one for each distinct name."""
-    return np.unique(require_labels(name, names).astype(str), return_inverse=True)[1]
 
 
 def _require_positive(occludes, *, name="occludes"):

@@ -14,7 +14,8 @@ import pandas as pd
 from mcnlab.compass import DIRECTIONS
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import thesis
-from mcnlab.statistics import Estimate
+from mcnlab.occlusion.composites import Composites
+from mcnlab.statistics import Estimate, draw_pairs, share_by_pair
 
 
 class Case(NamedTuple):
@@ -231,7 +232,9 @@ def explain_errors(composites):
     return {name: int(count) for name, count in counts.items()}
 
 
-def judge_table(composites, *, in_time=False, draws=1000, seed=0):
+def judge_table(
+    composites: Composites, *, in_time: bool = False, draws: int = 1000, seed: int = 0
+) -> dict[str, Estimate | None]:
     """How often the tables and equations are right over all composites.
 
     Parameters
@@ -255,42 +258,24 @@ def judge_table(composites, *, in_time=False, draws=1000, seed=0):
     ArgumentError
         When there is nothing to judge.
     """
-    table = _told_apart(composites)
-    if table.empty:
+    known, table = composites.known, composites.table
+    if not known.any():
         raise ArgumentError("composites holds no composite in which S1 and S2 are told apart.")
-    said = table["said"].to_numpy()
+    said, truth = table["said"].to_numpy(), table["occludes"].to_numpy()
     if in_time:
         said = said & (table["said_seconds"] <= table["left"]).to_numpy()
-    truth = table["occludes"].to_numpy()
-    names, codes = np.unique(
-        [composites.people("first"), composites.people("second")], return_inverse=True
+    couples = draw_pairs(
+        composites.people("first"), composites.people("second"), draws=draws, seed=seed
     )
-    codes, size = codes.reshape(2, -1)[:, composites.known], len(names)
-    cells = codes[0] * size + codes[1]
-
-    def meetings(flags):
-        return np.bincount(cells, flags, minlength=size**2).reshape(size, size)
-
     parts = {
-        "right": (said == truth, np.ones(len(truth), bool)),
+        "right": (said == truth, known),
         "precision": (said & truth, said),
         "recall": (said & truth, truth),
     }
-    rng = np.random.default_rng(seed)
-    drawn = rng.multinomial(size, np.full(size, 1 / size), size=draws).astype(float)
-    found = {}
-    for name, (hit, every) in parts.items():
-        if not every.any():
-            found[name] = None
-            continue
-        value = float(hit.sum() / every.sum())
-        hits, alls = (
-            np.einsum("di,ij,dj->d", drawn, meetings(part), drawn) for part in (hit, every)
-        )
-        shares = hits[alls > 0] / alls[alls > 0]
-        spread = np.percentile(shares, [2.5, 97.5]).tolist() if size > 2 else (None, None)
-        found[name] = Estimate(value, *spread, size)
-    return found
+    return {
+        name: share_by_pair(hit & known, every & known, couples)
+        for name, (hit, every) in parts.items()
+    }
 
 
 def _told_apart(composites):

@@ -16,7 +16,15 @@ from mcnlab.datasets import casia
 from mcnlab.datasets.catalogue import casia_a_folder
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError, SilhouetteError
-from mcnlab.statistics import Estimate, accuracy, mean_by_subject, share_by_subject, share_of
+from mcnlab.statistics import (
+    Estimate,
+    accuracy,
+    draw_people,
+    interval_of,
+    mean_by_subject,
+    share_by_subject,
+    share_of,
+)
 from mcnlab.synthetic.noise import SegmentationNoise, add_noise
 from mcnlab.synthetic.walkers import CASIA_VIEW, SyntheticWalk, make_walks
 from mcnlab.tables import DIRECTION, SEQUENCE
@@ -339,16 +347,15 @@ def half_peak(
     table = truth.assign(peak=peaks).pivot_table(
         index="subject", columns="angle", values="peak", aggfunc=list
     )
-    rng = np.random.default_rng(seed)
     angles = []
-    for _ in range(draws):
-        drawn = table.iloc[rng.integers(len(table), size=len(table))]
+    for times in draw_people(len(table), draws=draws, seed=seed):
+        drawn = table.iloc[np.repeat(np.arange(len(table)), times.astype(int))]
         medians = [np.median(np.concatenate(drawn[angle].tolist())) for angle in table.columns]
         angles.append(
             viewpoint.half_peak_angle(pd.DataFrame({"angle": table.columns, "peak": medians}))
         )
-    low, high = np.percentile(angles, [2.5, 97.5])
-    return Estimate(90 - whole, float(90 - high), float(90 - low), len(table))
+    low, high = interval_of(angles)
+    return Estimate(90 - whole, 90 - high, 90 - low, len(table))
 
 
 def steps_right(measured: pd.DataFrame, truth: pd.DataFrame, *, tolerance: float = 0.1) -> Estimate:

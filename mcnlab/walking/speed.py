@@ -17,7 +17,7 @@ from mcnlab.checks import require_array, require_count, require_labels, require_
 from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.regression import fit_lines_robust
-from mcnlab.statistics import Estimate, _draw_people
+from mcnlab.statistics import Estimate, draw_people, interval_of
 from mcnlab.tables import CX, CY, FRAME, PRESENT, SEQUENCE, uncut
 from mcnlab.walking.heading import measure_headings
 from mcnlab.walking.truth import true_motion
@@ -319,7 +319,7 @@ def distance_slope(
         return None
     names, codes = np.unique(codes[use], return_inverse=True)
     slope = float(fit_lines_robust(x, y)[0].slope)
-    weights = _draw_people(len(names), draws, seed)[:, codes]
+    weights = draw_people(len(names), draws=draws, seed=seed)[:, codes]
     apart = np.where(weights > 0, x, -np.inf).max(axis=1)
     apart = apart - np.where(weights > 0, x, np.inf).min(axis=1)
     weights = weights[apart > 1e-9]  # who was drawn stood at two distances
@@ -329,8 +329,7 @@ def distance_slope(
     lines, _ = fit_lines_robust(
         np.broadcast_to(x, shape), np.broadcast_to(y, shape), weights=weights
     )
-    low, high = np.percentile(lines.slope, [2.5, 97.5])
-    return Estimate(slope, float(low), float(high), len(names))
+    return Estimate(slope, *interval_of(lines.slope), len(names))
 
 
 def misordered(
@@ -377,10 +376,9 @@ def misordered(
     names = len(np.unique(codes[below | above]))
     if min(len(np.unique(codes[side])) for side in (below, above)) < 2:
         return Estimate(share, None, None, names)  # one person a side shows no spread
-    weights = _draw_people(count, draws, seed)
+    weights = draw_people(count, draws=draws, seed=seed)
     wrong, total = (((weights @ held) * weights).sum(axis=1) for held in (wrong, total))
-    low, high = np.percentile(wrong[total > 0] / total[total > 0], [2.5, 97.5])
-    return Estimate(share, float(low), float(high), names)
+    return Estimate(share, *interval_of(wrong[total > 0] / total[total > 0]), names)
 
 
 def level_like(values: ArrayLike, level: ArrayLike) -> np.ndarray:

@@ -379,7 +379,7 @@ def spoil(sequence, table, **columns):
         ("truth", {"height": 0.0}, "truth.height is 0 in row"),
         ("truth", {"height": -5.0}, "positive number"),
         ("truth", {"first": 1}, "both '1' at pair"),
-        ("truth", {"second": None}, "truth.first and truth.second must be"),
+        ("truth", {"second": None}, "truth.second must be a flat list"),
         ("forecast", {"probability": 1.5}, "forecast.probability is 1.5 in row 0"),
         ("forecast", {"probability": np.nan}, "forecast.probability is nan"),
         ("forecast", {"seconds": np.nan}, "forecast.seconds is nan in row 0"),
