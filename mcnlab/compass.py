@@ -19,7 +19,7 @@ NAMES = {
 }
 
 
-def heading_of(direction: ArrayLike) -> np.ndarray | float:
+def heading_of(direction: ArrayLike) -> np.ndarray:
     """The heading of a direction 1 … 8, degrees clockwise from "away".
 
     Raises
@@ -35,7 +35,7 @@ def heading_of(direction: ArrayLike) -> np.ndarray | float:
     return 45.0 * (require_directions("direction", direction) - 1)
 
 
-def direction_of(heading: ArrayLike) -> np.ndarray | int:
+def direction_of(heading: ArrayLike) -> np.ndarray:
     """The direction 1 … 8 nearest to a heading.
 
     Parameters
@@ -57,7 +57,7 @@ def direction_of(heading: ArrayLike) -> np.ndarray | int:
     return np.round(heading / 45.0).astype(int) % 8 + 1
 
 
-def turn_between(heading: ArrayLike, reference: ArrayLike) -> np.ndarray | float:
+def turn_between(heading: ArrayLike, reference: ArrayLike) -> np.ndarray:
     """The signed turn from `reference` to `heading`, degrees in [−180, 180).
 
     Examples

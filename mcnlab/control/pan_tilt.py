@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike
 from mcnlab import tables
 from mcnlab.cameras.visibility import CameraModel, sees, within_reach
 from mcnlab.checks import HAIR, MOST_FAR, require_number
+from mcnlab.compass import turn_between
 from mcnlab.errors import ArgumentError, TableError
 from mcnlab.tables import FRAME, TRACE, X, Y, check_columns
 
@@ -258,7 +259,7 @@ def simulate(
     limit = np.array([camera.pan_limit / frame_rate for camera in cameras])
     half_view = np.array([camera.field_of_view / 2 for camera in cameras])
     wake_time = np.array([camera.wake_time * frame_rate for camera in cameras])
-    pan = _wrap(np.array([camera.pan for camera in cameras], dtype=float))
+    pan = turn_between(np.array([camera.pan for camera in cameras], dtype=float), 0)
     watched = np.full(len(cameras), -1)  # whom each camera watches
     since = np.zeros(len(cameras))  # frame in which it was woken
     in_view = np.zeros(len(cameras), bool)  # whether it has had that walker in view
@@ -277,11 +278,11 @@ def simulate(
         watched[chosen] = walker[mine]
         rows_of[now, chosen] = mine
         ready = now - since[chosen] >= wake_time[chosen] - HAIR * (1 + wake_time[chosen])
-        wanted = _wrap(bearing[mine, chosen] - pan[chosen])
+        wanted = turn_between(bearing[mine, chosen], pan[chosen])
         turn = np.where(ready, np.clip(wanted, -limit[chosen], limit[chosen]), 0.0)
         turns[now] = 0.0
         turns[now, chosen] = turn
-        pan = _wrap(pan + turns[now])
+        pan = turn_between(pan + turns[now], 0)
         pans[now] = pan
         seen = np.abs(wanted - turn) <= half_view[chosen] * (1 + HAIR)
         late = np.where(in_view[chosen], STATES.index("lagging"), STATES.index("turning"))
@@ -347,7 +348,9 @@ def _bearing_rates(bearing, walker, frame, frame_rate):
     """
     rates = np.zeros(bearing.shape)
     same = walker[1:] == walker[:-1]
-    change = _wrap(np.diff(bearing, axis=0)) * (frame_rate / np.diff(frame).clip(1))[:, None]
+    change = (
+        turn_between(bearing[1:], bearing[:-1]) * (frame_rate / np.diff(frame).clip(1))[:, None]
+    )
     rates[:-1][same] = change[same]
     rates[1:][same] = change[same]
     return rates
@@ -384,11 +387,6 @@ def _camera_table(first, pans, rates, rows_of, bearing, needed, walk):
             TRACE: np.where(awake, walk[row], ""),
         }
     )
-
-
-def _wrap(angle):
-    """Degrees, in [−180, 180)."""
-    return (angle + 180.0) % 360.0 - 180.0
 
 
 def slaves_at(

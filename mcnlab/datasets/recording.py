@@ -9,6 +9,7 @@ import pandas as pd
 
 from mcnlab import tables
 from mcnlab.checks import require_count, require_number
+from mcnlab.compass import DIRECTIONS
 from mcnlab.errors import DatasetError
 
 
@@ -131,7 +132,7 @@ def check_directions(directions: pd.Series, sequences: Iterable[str]) -> None:
         )
     if not directions.index.is_unique:
         raise DatasetError("directions labels a sequence twice; keep one label each.")
-    wrong = directions[~directions.isin(range(1, 9))]
+    wrong = directions[~directions.isin(DIRECTIONS)]
     if len(wrong):
         raise DatasetError(
             f"directions gives {wrong.index[0]!r} the direction {wrong.iloc[0]!r}; "

@@ -52,7 +52,7 @@ def true_speeds(tables, medians):
     Parameters
     ----------
     tables : dict
-        Title → table of `pace.compare_speeds` with ``level``.
+        Title → table of `speed.compare_speeds` with ``level``.
     medians : dict
         Title → level → `results.Estimate` or None.
     """
@@ -87,7 +87,7 @@ def against_distance(tables):
     Parameters
     ----------
     tables : dict
-        Title → table of `pace.compare_speeds` with ``level``.
+        Title → table of `speed.compare_speeds` with ``level``.
     """
     figure, axes = plt.subplots(
         len(tables), 2, figsize=(11, 3.7 * len(tables)), squeeze=False, sharex="row"

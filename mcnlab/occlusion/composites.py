@@ -72,7 +72,7 @@ class Composites:
 def compose_all(recording, *, focal_length, shifts=SHIFTS, seconds=1.0):
     """Every two walks of different people over each other, at several offsets.
 
-    Directions come from perspective (`perspective.measure_headings`), levels and the way of
+    Directions come from perspective (`heading.measure_headings`), levels and the way of
     motion from where the centroid was at the second's two ends.  A camera that does not move
     knows its horizon: that is taken from all of a subject's walks.
 

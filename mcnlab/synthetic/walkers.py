@@ -82,7 +82,7 @@ _RADIAL: Final = ((6.0, 6.6), (8.2, 9.6))
 DISTANCES: Final[Mapping] = MappingProxyType(
     {
         direction: (_RADIAL, _OBLIQUE, _LATERAL, _OBLIQUE)[(direction - 1) % 4]
-        for direction in range(1, 9)
+        for direction in DIRECTIONS
     }
 )
 

@@ -479,10 +479,10 @@ def sample_sequences(*, most: int = 40, seed: int = 0) -> Iterator[list[casia.Si
         places = np.unique(np.linspace(0, len(found) - 1, min(most, len(found))).astype(int))
         yield [found[place] for place in places]
         return
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as made:
         for walk in make_walks(subjects=max(1, most // 8), seed=seed):
-            casia.write_silhouettes(folder, walk.subject, walk.name.split("-")[1], walk.masks)
-        yield casia.find_sequences(folder)
+            casia.write_silhouettes(made, walk.subject, walk.name.split("-")[1], walk.masks)
+        yield casia.find_sequences(made)
 
 
 def _measure_walk(walk, noise, seed):

@@ -154,7 +154,8 @@ def find_period(
     the double may be found.
     """
     search = _check_options(frame_rate, rhythm, periods, false_alarm)
-    return _find_period(*_check_curve(curve, valid, (None,)), search)[0]
+    curve, valid = _check_curve(curve, valid, (None,))
+    return _find_period(curve, valid, search)[0]
 
 
 def measure_gait(

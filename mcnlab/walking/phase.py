@@ -5,6 +5,7 @@ Section 3.2.1 (c) and (d): curve → extrema → soft extrema dropped → envelo
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -58,7 +59,7 @@ class Phase:
 
 
 def find_extrema(
-    curve: ArrayLike, *, prominence: float = PROMINENCE, spacing: int = SPACING
+    curve: ArrayLike, *, prominence: float = PROMINENCE, spacing: float = SPACING
 ) -> tuple[np.ndarray, np.ndarray]:
     """Positions of the maxima and the minima of a curve.
 
@@ -67,7 +68,7 @@ def find_extrema(
     curve : array_like, shape (n,)
     prominence : float, optional
         The least height of an extremum over its surroundings, in the curve's unit.
-    spacing : int, optional
+    spacing : float, optional
         The least distance between two maxima or two minima, samples.
 
     Returns
@@ -115,7 +116,7 @@ def measure_phase(
     curve: ArrayLike,
     *,
     prominence: float = PROMINENCE,
-    spacing: int = SPACING,
+    spacing: float = SPACING,
     soft_rule: str = "line",
 ) -> Phase:
     """The phase of one curve, as the thesis finds it.
@@ -164,7 +165,7 @@ def measure_phases(
     boxes: pd.DataFrame,
     *,
     prominence: float = PROMINENCE,
-    spacing: int = SPACING,
+    spacing: float = SPACING,
     soft_rule: str = "line",
     dimensions: Iterable[str] = (H, W),
 ) -> pd.DataFrame:
@@ -204,7 +205,7 @@ def measure_phases(
     curves = {
         require_choice("dimensions", key, (H, W)): boxes[key].to_numpy(float) for key in dimensions
     }
-    options = {"prominence": prominence, "spacing": spacing, "soft_rule": soft_rule}
+    find_phase = partial(measure_phase, prominence=prominence, spacing=spacing, soft_rule=soft_rule)
     rows, names = [], []
     for name, at in tables.split_sequences(boxes):
         if at.stop - at.start < 3:
@@ -213,7 +214,7 @@ def measure_phases(
             )
         row = {}
         for key, curve in curves.items():
-            phase = measure_phase(frames[at], curve[at], **options)
+            phase = find_phase(frames[at], curve[at])
             row[f"m_{key}"], row[f"c_{key}"] = phase.mean
             row[f"complete_{key}"] = phase.complete
         rows.append(row)

@@ -342,7 +342,7 @@ def speed_panel(tables: dict[str, pd.DataFrame]) -> Panel:
     Parameters
     ----------
     tables : dict
-        Title → table of `pace.compare_speeds`, with windows of one second and, if the
+        Title → table of `speed.compare_speeds`, with windows of one second and, if the
         first has them, of other lengths.
 
     Examples
