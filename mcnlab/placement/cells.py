@@ -13,9 +13,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
-from mcnlab.cameras.floor import MAP_PIXELS, check_grid
-from mcnlab.checks import require_count, require_number
+from mcnlab.cameras.floor import MAP_PIXELS, GridMap, check_grid
+from mcnlab.checks import require_array, require_count, require_kind, require_number
 from mcnlab.errors import ArgumentError
 from mcnlab.tables import TRACE, X, Y, check_columns, check_traces, starts_of
 
@@ -67,17 +68,17 @@ class DirectedCells:
     histograms: np.ndarray
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return self.kind.shape
 
     @property
-    def directed(self):
+    def directed(self) -> np.ndarray:
         """Which cells have a direction."""
         return self.kind == DIRECTED
 
 
-def infer_angle(patterns):
+def infer_angle(patterns: ArrayLike) -> PatternAngle:
     """The angle that patterns of 8×8 pixels show (Figure 2.4).
 
     It is the pixels' principal axis, that is, the line of total least squares.
@@ -98,18 +99,13 @@ def infer_angle(patterns):
     ArgumentError
         When the shape or the type is another.
     """
-    patterns = as_array("patterns", patterns)
-    if patterns.dtype != bool or patterns.shape[-2:] != (MAP_PIXELS, MAP_PIXELS):
-        raise ArgumentError(
-            f"patterns has the shape {patterns.shape} of {patterns.dtype}; pass booleans, "
-            f"shape (..., {MAP_PIXELS}, {MAP_PIXELS})."
-        )
+    patterns = require_array("patterns", patterns, (..., MAP_PIXELS, MAP_PIXELS), dtype=bool)
     y, x = np.mgrid[:MAP_PIXELS, :MAP_PIXELS]
     parts = (np.ones_like(x), x, y, x * x, y * y, x * y)
     return _principal_axis(*((patterns * part).sum(axis=(-1, -2)) for part in parts))
 
 
-def example_patterns():
+def example_patterns() -> dict[str, np.ndarray]:
     """Patterns for Figure 2.4: strokes at the eight bins' centres, and some without an angle.
 
     Returns
@@ -145,7 +141,7 @@ def _half_turn(angle):
     return np.where(angle >= np.pi, 0.0, angle)  # of −1e-17, mod makes π itself
 
 
-def orientations(traces, grid, *, bridge=BRIDGE):
+def orientations(traces: pd.DataFrame, grid: GridMap, *, bridge: float = BRIDGE) -> pd.DataFrame:
     """Each trace's angle in each cell that it crosses (section 2.2.2).
 
     A trace marks the map pixels under its sightings and under the straight lines between
@@ -232,7 +228,7 @@ def _join(places, same, size, bridge):
     return first[at] + share * (last - first)[at], at
 
 
-def histograms(angles, grid):
+def histograms(angles: pd.DataFrame, grid: GridMap) -> np.ndarray:
     """How many traces cross each cell in each direction (section 2.2.2, Figure 2.10).
 
     Bin k is centred on kπ/8.  Were it to begin there, walks straight along a corridor would
@@ -265,22 +261,26 @@ def _bin(angle):
 def _check_angles(angles, shape, *, argument="angles"):
     """The flat index of each row's cell, and its angle."""
     check_columns(angles, ANGLE_COLUMNS, argument=argument)
-    row, column, angle = (angles[name].to_numpy() for name in (ROW, COLUMN, ANGLE))
-    if any(values.dtype.kind not in "iu" for values in (row, column)) and len(angles):
-        raise ArgumentError(f"{argument} holds cells that are not whole numbers; see orientations.")
-    if len(angles) and not (
-        min(row.min(), column.min()) >= 0 and row.max() < shape[0] and column.max() < shape[1]
-    ):
-        raise ArgumentError(
-            f"{argument} has cells outside the grid of {shape[0]}×{shape[1]} cells; pass the grid "
-            "that the angles were taken on."
+    remedy = f"whole numbers of cells on the grid of {shape[0]}×{shape[1]}, as from orientations"
+    row, column = (
+        require_array(
+            f"{argument}: {name}", angles[name], dtype=int, low=0, high=most - 1, remedy=remedy
         )
-    if angle.dtype.kind != "f" or not ((angle >= 0) & (angle < np.pi)).all():
-        raise ArgumentError(f"{argument}: angles must lie in [0, π) radians; see orientations.")
-    return row.astype(np.int64) * shape[1] + column, angle
+        for name, most in zip((ROW, COLUMN), shape, strict=True)
+    )
+    most = np.nextafter(np.pi, 0)
+    remedy = "radians in [0, π), as from orientations"
+    angle = require_array(f"{argument}: angle", angles[ANGLE], low=0, high=most, remedy=remedy)
+    return row * shape[1] + column, angle
 
 
-def direct_cells(histograms, *, chaos_ratio=CHAOS_RATIO, least_traces=1, refine=None):
+def direct_cells(
+    histograms: ArrayLike,
+    *,
+    chaos_ratio: float = CHAOS_RATIO,
+    least_traces: int = 1,
+    refine: pd.DataFrame | None = None,
+) -> DirectedCells:
     """Tell directed cells, chaos and cells without a locus apart (sections 2.2.2 and 2.3).
 
     A cell is chaos when any bin but the highest and its two neighbours reaches `chaos_ratio`
@@ -311,7 +311,13 @@ def direct_cells(histograms, *, chaos_ratio=CHAOS_RATIO, least_traces=1, refine=
         When the histograms are not counts of that shape, a number is out of range, or
         the angles do not belong to the histograms.
     """
-    counts = _check_histograms(histograms)
+    remedy = f"counts up to 1e9 of shape (rows, columns, {BINS})"
+    shape = (None, None, BINS)
+    counts = require_array(
+        "histograms", histograms, shape, dtype=int, low=0, high=10**9, remedy=remedy
+    )
+    if counts.size == 0:
+        raise ArgumentError(f"histograms has the shape {counts.shape}, an empty map; pass cells.")
     chaos_ratio = require_number("chaos_ratio", chaos_ratio, above=0, high=1)
     least_traces = require_count("least_traces", least_traces, low=1)
     beside = np.roll(counts, 1, axis=-1) + np.roll(counts, -1, axis=-1)
@@ -346,21 +352,7 @@ def _turn(bins):
     return (bins + BINS // 2) % BINS - BINS // 2
 
 
-def _check_histograms(histograms):
-    counts = as_array("histograms", histograms)
-    if counts.dtype.kind not in "iu" or counts.ndim != 3 or counts.shape[2] != BINS:
-        raise ArgumentError(
-            f"histograms has the shape {counts.shape} of {counts.dtype}; pass whole counts, "
-            f"shape (rows, columns, {BINS})."
-        )
-    if counts.size == 0:
-        raise ArgumentError(f"histograms has the shape {counts.shape}, an empty map; pass cells.")
-    if counts.min() < 0 or counts.max() > 1_000_000_000:
-        raise ArgumentError("histograms holds counts below 0 or above 1e9; count again.")
-    return counts.astype(np.int64)
-
-
-def grow_band(cells, *, keep=KEEP):
+def grow_band(cells: DirectedCells, *, keep: float = KEEP) -> np.ndarray:
     """Grow the path band from the strongest cell (section 2.2.3, Figure 2.6(a)).
 
     Neighbours, eight a cell, join step by step; those weaker than a share of the strongest
@@ -400,12 +392,12 @@ def grow_band(cells, *, keep=KEEP):
     return joined.reshape(-1, wide)[1:-1, 1:-1]
 
 
-def path_band(cells, *, keep=KEEP):
+def path_band(cells: DirectedCells, *, keep: float = KEEP) -> np.ndarray:
     """The cells of the path band: those that `grow_band` reaches, shape (rows, columns)."""
     return grow_band(cells, keep=keep) >= 0
 
 
-def thin(band):
+def thin(band: ArrayLike) -> np.ndarray:
     """The path band thinned to a line (section 2.2.3).
 
     Parameters
@@ -423,16 +415,15 @@ def thin(band):
     """
     from skimage.morphology import thin as thin_mask
 
-    band = check_mask("band", band, None)
+    band = require_array("band", band, (None, None), dtype=bool)
     if not band.any():
         raise ArgumentError("band holds no cell; lower keep, or take in more traces.")
     return thin_mask(band)
 
 
-def require_directed(cells):
+def require_directed(cells: DirectedCells) -> None:
     """Raise unless a cell is directed; say what there is instead."""
-    if not isinstance(cells, DirectedCells):
-        raise ArgumentError(f"cells is a {type(cells).__name__}; pass what direct_cells gives.")
+    require_kind("cells", cells, DirectedCells, "what direct_cells gives")
     if cells.directed.any():
         return
     chaos = np.count_nonzero(cells.kind == CHAOS)
@@ -442,20 +433,3 @@ def require_directed(cells):
             "or pass a grid with smaller cells."
         )
     raise ArgumentError("cells: nobody crosses any; pass traces that cross the map.")
-
-
-def check_mask(name, mask, shape):
-    mask = as_array(name, mask)
-    if mask.dtype != bool or mask.ndim != 2 or (shape is not None and mask.shape != shape):
-        wanted = "(rows, columns)" if shape is None else str(shape)
-        raise ArgumentError(
-            f"{name} has the shape {mask.shape} of {mask.dtype}; pass booleans, shape {wanted}."
-        )
-    return mask
-
-
-def as_array(name, values):
-    try:
-        return np.asarray(values)
-    except ValueError as fault:
-        raise ArgumentError(f"{name} has rows of different lengths; pass an array.") from fault

@@ -16,8 +16,9 @@ submodular set functions", Mathematical Programming 14, 1978.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mcnlab.checks import HAIR, require_count, require_number
+from mcnlab.checks import HAIR, require_array, require_count, require_number
 from mcnlab.errors import ArgumentError
 from mcnlab.placement.exact import (
     check_numbers,
@@ -83,34 +84,38 @@ class Draws:
     shares: np.ndarray
 
     @property
-    def share(self):
+    def share(self) -> float:
         """The mean share."""
         return float(self.shares.mean())
 
     @property
-    def spread(self):
+    def spread(self) -> tuple[float, float]:
         """The share's 2.5 % and 97.5 % quantiles over the draws."""
         low, high = np.quantile(self.shares, [0.025, 0.975])
         return float(low), float(high)
 
 
-def covered(served, cameras, *, folds=1):
+def covered(served: ArrayLike, cameras: ArrayLike, *, folds: int = 1) -> np.ndarray:
     """Which targets at least `folds` of the chosen cameras serve, shape (n,)."""
     served = check_served(served)
     folds = require_count("folds", folds, low=1)
-    cameras = np.asarray(cameras)
-    number = served.shape[1]
-    if cameras.ndim != 1 or (len(cameras) and cameras.dtype.kind not in "iu"):
-        raise ArgumentError("cameras must be a list of column numbers of served.")
-    cameras = cameras.astype(int)
-    if len(cameras) and (cameras.min() < 0 or cameras.max() >= number):
-        raise ArgumentError(f"cameras go beyond the {number} columns of served; check the numbers.")
+    last = served.shape[1] - 1
+    remedy = f"a list of column numbers of served, 0 to {last}"
+    cameras = require_array("cameras", cameras, (None,), dtype=int, low=0, high=last, remedy=remedy)
     if len(np.unique(cameras)) < len(cameras):
         raise ArgumentError("cameras name one column twice; name each once.")
     return np.count_nonzero(served[:, cameras], axis=1) >= folds
 
 
-def choose_greedy(served, n=None, *, weights=None, folds=1, costs=None, budget=None):
+def choose_greedy(
+    served: ArrayLike,
+    n: int | None = None,
+    *,
+    weights: ArrayLike | None = None,
+    folds: int = 1,
+    costs: ArrayLike | None = None,
+    budget: float | None = None,
+) -> Choice:
     """Choose cameras one after another, each where it adds most.
 
     With one fold and equal costs it reaches 1 − 1/e of the optimum at least.
@@ -146,7 +151,15 @@ def choose_greedy(served, n=None, *, weights=None, folds=1, costs=None, budget=N
     return _choice("greedy", problem, choose_greedily(problem))
 
 
-def choose_with_swaps(served, n=None, *, weights=None, folds=1, costs=None, budget=None):
+def choose_with_swaps(
+    served: ArrayLike,
+    n: int | None = None,
+    *,
+    weights: ArrayLike | None = None,
+    folds: int = 1,
+    costs: ArrayLike | None = None,
+    budget: float | None = None,
+) -> Choice:
     """The greedy choice, then the best exchange of one camera for another, until none helps.
 
     One such search may end far from the optimum, so it is repeated, with half of the
@@ -160,16 +173,23 @@ def choose_with_swaps(served, n=None, *, weights=None, folds=1, costs=None, budg
 
 
 def choose_exact(
-    served, n=None, *, weights=None, folds=1, costs=None, budget=None, time_limit=60.0
-):
+    served: ArrayLike,
+    n: int | None = None,
+    *,
+    weights: ArrayLike | None = None,
+    folds: int = 1,
+    costs: ArrayLike | None = None,
+    budget: float | None = None,
+    time_limit: float = 60.0,
+) -> Choice:
     """The best choice there is, by integer programming (Church and ReVelle, 1974).
 
     Maximise the weight of the targets z that are served, where a target needs `folds`
     of the cameras x that serve it, at most `n` of them and within the budget.  What
     cannot be part of a choice better than the one by swaps is struck off first, by the
-    linear relaxation's reduced costs (HiGHS).  What is left is solved by branch and bound
-    with Lagrangian bounds where few cameras of equal cost are chosen for one fold, else by
-    HiGHS as an integer program.
+    linear relaxation's reduced costs (HiGHS).  Two cameras of equal cost, chosen for one
+    fold, are found by trying all pairs; a few by branch and bound with Lagrangian bounds;
+    all else by HiGHS as an integer program.
 
     Parameters
     ----------
@@ -188,6 +208,16 @@ def choose_exact(
     ------
     ArgumentError
         As in `choose_greedy`.
+
+    Examples
+    --------
+    Four targets, three cameras: the first two together serve all.
+
+    >>> import numpy as np
+    >>> served = np.array([[1, 0, 1], [1, 0, 0], [0, 1, 1], [0, 1, 0]], dtype=bool)
+    >>> choice = choose_exact(served, 2)
+    >>> sorted(choice.cameras.tolist()), choice.share, choice.proven
+    ([0, 1], 1.0, True)
     """
     time_limit = require_number("time_limit", time_limit, above=0, unit="seconds")
     problem = strike_off(set_up(served, n, weights, folds, costs, budget))
@@ -195,7 +225,15 @@ def choose_exact(
     return _choice("exact", problem, _needed(problem, found), bound=bound)
 
 
-def choose_area(seen, n=None, *, weights=None, costs=None, budget=None, exact=False):
+def choose_area(
+    seen: ArrayLike,
+    n: int | None = None,
+    *,
+    weights: ArrayLike | None = None,
+    costs: ArrayLike | None = None,
+    budget: float | None = None,
+    exact: bool = False,
+) -> Choice:
     """The cameras that see the most floor: what people do without the thesis.
 
     Parameters
@@ -222,7 +260,15 @@ def choose_area(seen, n=None, *, weights=None, costs=None, budget=None, exact=Fa
     return replace(choice, method="area")
 
 
-def choose_random(served, n, *, weights=None, folds=1, draws=1000, seed=0):
+def choose_random(
+    served: ArrayLike,
+    n: int,
+    *,
+    weights: ArrayLike | None = None,
+    folds: int = 1,
+    draws: int = 1000,
+    seed: int = 0,
+) -> Draws:
     """n cameras drawn at random, many times over.
 
     Parameters
@@ -261,7 +307,15 @@ def choose_random(served, n, *, weights=None, folds=1, draws=1000, seed=0):
     return Draws(np.concatenate(cameras), np.concatenate(shares))
 
 
-def fewest_for_share(served, share, *, weights=None, folds=1, costs=None, time_limit=60.0):
+def fewest_for_share(
+    served: ArrayLike,
+    share: float,
+    *,
+    weights: ArrayLike | None = None,
+    folds: int = 1,
+    costs: ArrayLike | None = None,
+    time_limit: float = 60.0,
+) -> Choice:
     """The cheapest cameras that serve a required share.
 
     Parameters
@@ -283,19 +337,24 @@ def fewest_for_share(served, share, *, weights=None, folds=1, costs=None, time_l
     ArgumentError
         As in `choose_greedy`, and when no choice reaches the share; the message says
         what the best reachable share is.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> served = np.array([[1, 0, 1], [1, 0, 0], [0, 1, 1], [0, 1, 0]], dtype=bool)
+    >>> len(fewest_for_share(served, 0.5).cameras), len(fewest_for_share(served, 0.6).cameras)
+    (1, 2)
     """
     share = require_number("share", share, above=0, high=1)
     time_limit = require_number("time_limit", time_limit, above=0, unit="seconds")
-    served = check_served(served)
-    weights = check_weights(weights, len(served))
-    _, folds = check_numbers(served.shape[1], folds, served.shape[1])
-    reachable = weights[np.count_nonzero(served, axis=1) >= folds].sum() / weights.sum()
+    number = check_served(served).shape[1]
+    problem = set_up(served, number, weights, folds, costs, None)
+    reachable = problem.weights.sum() / problem.total
     if share > reachable + HAIR:
         raise ArgumentError(
-            f"share is {share:g}, but all {served.shape[1]} cameras together reach "
-            f"{reachable:.4f}; require that or less, or give more or other cameras."
+            f"share is {share:g}, but all {number} cameras together reach {reachable:.4f}; "
+            "require that or less, or give more or other cameras."
         )
-    problem = set_up(served, served.shape[1], weights, folds, costs, None)
     goal = min(share, reachable) * problem.total * (1 - HAIR)
     found = trim(problem, choose_greedily(problem), goal)
     found, bound = minimise(problem, found, goal, time_limit)

@@ -5,12 +5,17 @@ half tells what its cameras see square-on; then the halves change places, so tha
 judged by a choice that did not know him.  That is done for several splits.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
+from mcnlab.cameras.floor import GridMap
+from mcnlab.cameras.visibility import CameraModel
 from mcnlab.checks import require_count
+from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.placement.choice import choose_random, covered
 from mcnlab.placement.site import (
@@ -21,6 +26,7 @@ from mcnlab.placement.site import (
     judge_cameras,
     prepare_site,
 )
+from mcnlab.placement.votes import VoteRules
 from mcnlab.statistics import Estimate, mean_by_subject
 from mcnlab.tables import TRACE
 
@@ -30,8 +36,16 @@ FAR = 1000.0  # metres; as good as endless
 
 
 def compare_methods(
-    scene, *, n, model, grid=None, methods=METHODS, forbidden=None, splits=SPLITS, seed=0
-):
+    scene: Scene,
+    *,
+    n: int,
+    model: CameraModel,
+    grid: GridMap | None = None,
+    methods: Sequence[str] = METHODS,
+    forbidden: ArrayLike | None = None,
+    splits: int = SPLITS,
+    seed: int = 0,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Let every method choose from one half of the people, and judge it on the other.
 
     Parameters
@@ -39,7 +53,7 @@ def compare_methods(
     scene : Scene
     n : int
         Cameras.
-    model : coverage.CameraModel
+    model : CameraModel
     grid : GridMap, optional
     methods : sequence of str, optional
     forbidden : ndarray of bool, optional
@@ -106,7 +120,16 @@ def _choose_and_judge(site, other, method, n, seed):
     return others.astype(float), float(own.mean()), gap
 
 
-def compare_scenes(scenes, *, n, model, methods=METHODS, most=MOST_PLACES, seed=0, n_jobs=-1):
+def compare_scenes(
+    scenes: Sequence[Scene],
+    *,
+    n: int,
+    model: CameraModel,
+    methods: Sequence[str] = METHODS,
+    most: int = MOST_PLACES,
+    seed: int = 0,
+    n_jobs: int = -1,
+) -> tuple[pd.DataFrame, dict[str, Estimate]]:
     """`compare_methods` on every scene, and the price of voting.
 
     Parameters
@@ -131,6 +154,16 @@ def compare_scenes(scenes, *, n, model, methods=METHODS, most=MOST_PLACES, seed=
     ------
     ArgumentError
         As in `compare_methods`, and when there is no scene.
+
+    Examples
+    --------
+    >>> from mcnlab.cameras import CameraModel
+    >>> from mcnlab.synthetic.corridor import make_corridor
+    >>> scene = make_corridor(walkers=6)
+    >>> model, methods = CameraModel(pans=True), ("votes", "greedy")
+    >>> shares, price = compare_scenes([scene], n=1, model=model, methods=methods, n_jobs=1)
+    >>> shares["method"].tolist(), price
+    (['votes', 'greedy'], {})
     """
     from joblib import Parallel, delayed
 
@@ -149,7 +182,9 @@ def compare_scenes(scenes, *, n, model, methods=METHODS, most=MOST_PLACES, seed=
     return pd.concat([shares for shares, _ in found], ignore_index=True), price
 
 
-def explain_price(scene, *, n, model, grid=None):
+def explain_price(
+    scene: Scene, *, n: int, model: CameraModel, grid: GridMap | None = None
+) -> pd.DataFrame:
     """What the price of voting is made of: take away one difficulty after another.
 
     Parameters
@@ -169,7 +204,7 @@ def explain_price(scene, *, n, model, grid=None):
         "no blind spot near the camera": (scene, replace(model, near=0.0), {}),
         "endless reach": (scene, replace(model, reach=FAR), {}),
         "walls block no sight": (open_scene, model, {}),
-        "a vote a walk, not a cell": (scene, model, {"weights": "traces"}),
+        "a vote a walk, not a cell": (scene, model, {"rules": VoteRules(weights="traces")}),
     }
     rows = {}
     for name, (place, changed, options) in changes.items():
@@ -185,8 +220,15 @@ def explain_price(scene, *, n, model, grid=None):
 
 
 def shares_by_number(
-    scene, *, numbers, model, grid=None, methods=("votes", "greedy", "exact"), seed=0, n_jobs=-1
-):
+    scene: Scene,
+    *,
+    numbers: Sequence[int],
+    model: CameraModel,
+    grid: GridMap | None = None,
+    methods: Sequence[str] = ("votes", "greedy", "exact"),
+    seed: int = 0,
+    n_jobs: int = -1,
+) -> pd.DataFrame:
     """Held-out shares as the number of cameras grows, one row a number and method; one split."""
     from joblib import Parallel, delayed
 
@@ -200,7 +242,7 @@ def shares_by_number(
     return pd.concat(tables, ignore_index=True)
 
 
-def estimate_of(row):
+def estimate_of(row: pd.Series) -> Estimate:
     """The estimate in one row of shares."""
     low, high = (None if pd.isna(row[key]) else row[key] for key in ("low", "high"))
     return Estimate(row["share"], low, high, int(row["n"]))

@@ -3,17 +3,27 @@
 The thesis places cameras where many perpendiculars to the walks meet (section 2.2.4), so
 that gait is seen from the side.  Here that aim is put as a number: the share of
 walker-seconds that some chosen camera sees within an angle of square-on.  The matrix of who
-sees whom is what the choices of `covering` start from.
+sees whom is what the choices of `choice` start from.
 
 Headings and courses are degrees counter-clockwise from the x axis, seen from above.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.cameras.floor import GridMap
 from mcnlab.cameras.visibility import CameraModel, square_on
-from mcnlab.checks import HAIR, require_count, require_kind, require_number, require_points
+from mcnlab.checks import (
+    HAIR,
+    require_array,
+    require_count,
+    require_kind,
+    require_number,
+    require_points,
+)
 from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.tables import (
@@ -30,7 +40,13 @@ from mcnlab.tables import (
 )
 
 
-def walker_seconds(walks, *, frame_rate=None, every=1.0, least_speed=0.3):
+def walker_seconds(
+    walks: Scene | pd.DataFrame,
+    *,
+    frame_rate: float | None = None,
+    every: float = 1.0,
+    least_speed: float = 0.3,
+) -> pd.DataFrame:
     """Where each walker is and whither it goes, second by second.
 
     Each trace is cut into seconds from its first frame on.  The course is the direction
@@ -64,7 +80,8 @@ def walker_seconds(walks, *, frame_rate=None, every=1.0, least_speed=0.3):
         if frame_rate is not None:
             raise ArgumentError("frame_rate: the scene has its own; leave it out.")
         walks, frame_rate = walks.traces, walks.frame_rate
-    check_traces(walks, argument="walks")
+    else:
+        check_traces(walks, argument="walks")
     frame_rate = require_number("frame_rate", frame_rate, above=0, unit="frames a second")
     every = require_number("every", every, above=0, unit="seconds")
     least_speed = require_number("least_speed", least_speed, above=0, unit="metres a second")
@@ -90,11 +107,9 @@ def walker_seconds(walks, *, frame_rate=None, every=1.0, least_speed=0.3):
     )
     since = time[row] - mean_time[group]
     square = np.bincount(group, since**2)
-    span = np.zeros(len(number))
-    np.maximum.at(span, group, since)
-    least = np.zeros(len(number))
-    np.minimum.at(least, group, since)
-    sampled = (number > 1) & (span - least >= every * (0.5 - HAIR))
+    ages = pd.Series(since).groupby(group)
+    span = (ages.max() - ages.min()).to_numpy()
+    sampled = (number > 1) & (span >= every * (0.5 - HAIR))
     if not sampled.any():
         raise ArgumentError(
             f"every is {every:g} s, in which no walker is seen twice, half of it apart; pass a "
@@ -123,7 +138,13 @@ def walker_seconds(walks, *, frame_rate=None, every=1.0, least_speed=0.3):
     return pd.DataFrame(table)
 
 
-def candidates(places, *, model, headings=8, forbidden=None):
+def candidates(
+    places: GridMap | ArrayLike,
+    *,
+    model: CameraModel,
+    headings: int | ArrayLike = 8,
+    forbidden: ArrayLike | Callable | None = None,
+) -> pd.DataFrame:
     """Cameras that could be placed.
 
     Parameters
@@ -161,12 +182,7 @@ def candidates(places, *, model, headings=8, forbidden=None):
         shape = (len(places),)
     allowed = np.arange(len(places))
     if forbidden is not None:
-        forbidden = np.asarray(forbidden)
-        if forbidden.dtype != bool or forbidden.shape != shape:
-            raise ArgumentError(
-                f"forbidden is {forbidden.dtype} of shape {forbidden.shape}; pass booleans of "
-                f"shape {shape}, one a place."
-            )
+        forbidden = require_array("forbidden", forbidden, shape, dtype=bool)
         allowed = np.flatnonzero(~forbidden.ravel())
     if len(allowed) == 0:
         raise ArgumentError("forbidden leaves no place for a camera; allow at least one.")
@@ -181,7 +197,14 @@ def candidates(places, *, model, headings=8, forbidden=None):
     return pd.DataFrame(table)
 
 
-def aim_cameras(places, targets, model, *, headings=8, walls=None):
+def aim_cameras(
+    places: ArrayLike,
+    targets: pd.DataFrame,
+    model: CameraModel,
+    *,
+    headings: int | ArrayLike = 8,
+    walls: ArrayLike | None = None,
+) -> pd.DataFrame:
     """Turn cameras at given places, one after another, to where they add most.
 
     This makes cameras of voted places, which have no heading.
@@ -222,9 +245,5 @@ def _check_headings(headings):
     if np.ndim(headings) == 0:
         number = require_count("headings", headings, low=1)
         return np.arange(number) * 360.0 / number
-    headings = np.asarray(headings)
-    if headings.ndim != 1 or headings.dtype.kind not in "iuf" or len(headings) == 0:
-        raise ArgumentError("headings must be a number of headings, or a list of degrees.")
-    if not np.isfinite(headings).all():
-        raise ArgumentError("headings hold a value that is not finite; pass degrees.")
-    return np.unique(headings.astype(float) % 360.0)
+    remedy = "a number of headings, or a list of finite degrees"
+    return np.unique(require_array("headings", headings, (None,), least=1, remedy=remedy) % 360.0)

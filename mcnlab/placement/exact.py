@@ -1,9 +1,10 @@
-"""The solvers behind `covering`: preprocessing, search by swaps, branch and bound.
+"""The solvers behind `choice`: what may be struck off, search by swaps, and the proof.
 
 What no optimum needs is struck off first: targets that the same cameras serve become one,
 cameras that serve a part of what another serves go.  A search by swaps gives a choice, the
 linear relaxation (HiGHS) a bound, and its reduced costs strike off what cannot be in a better
-choice.  What is left is solved by branch and bound with Lagrangian bounds, or by HiGHS.
+choice.  Two cameras are then found by trying all pairs, a few by branch and bound with
+Lagrangian bounds (see `branch_and_bound`), all else by HiGHS.
 
 References
 ----------
@@ -12,12 +13,14 @@ Management Science 23, 1977: Lagrangian bounds for location problems.
 """
 
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mcnlab.checks import HAIR, require_count, require_number
+from mcnlab.checks import HAIR, require_array, require_count, require_number
 from mcnlab.errors import ArgumentError
+from mcnlab.placement.branch_and_bound import best_pair, branch
 
 FEW = 8  # cameras; up to so many, branch and bound of our own is faster than HiGHS
 RESTARTS = 20  # of the search by swaps
@@ -26,7 +29,7 @@ RESTARTS = 20  # of the search by swaps
 class Problem(NamedTuple):
     """A choice to be made: rows of targets, columns of cameras."""
 
-    served: object  # sparse (rows, columns), float
+    served: Any  # sparse (rows, columns), float
     serves: np.ndarray  # (columns, rows), the same as booleans
     weights: np.ndarray  # (rows,)
     costs: np.ndarray  # (columns,)
@@ -38,9 +41,15 @@ class Problem(NamedTuple):
     unit: float  # what a cost of one stands for
 
 
-def set_up(served, n, weights, folds, costs, budget):
+def set_up(
+    served: ArrayLike,
+    n: int | None,
+    weights: ArrayLike | None,
+    folds: int,
+    costs: ArrayLike | None,
+    budget: float | None,
+) -> Problem:
     """The choice as numbers, or why there is none."""
-
     served = check_served(served)
     rows, columns = served.shape
     weights = check_weights(weights, rows)
@@ -50,7 +59,9 @@ def set_up(served, n, weights, folds, costs, budget):
     if n is None and budget is None:
         raise ArgumentError("n is None; pass how many cameras to choose, or a budget with costs.")
     most, folds = check_numbers(columns if n is None else n, folds, columns)
-    costs = _check_costs(costs, columns)
+    costs = (
+        np.ones(columns) if costs is None else require_array("costs", costs, (columns,), above=0)
+    )
     unit = float(costs.max())  # solvers' tolerances are absolute
     costs = costs / unit
     if budget is None:
@@ -71,19 +82,8 @@ def set_up(served, n, weights, folds, costs, budget):
             f"served: no target can be served by {folds} of the cameras; give them more reach or "
             "other places, or lower folds."
         )
-    problem = Problem(
-        None,
-        served[keep].T,
-        weights[keep],
-        costs[affordable],
-        affordable,
-        total,
-        folds,
-        most,
-        limit,
-        unit,
-    )
-    return _merge(problem)[0]
+    needs = served[keep].T, weights[keep], costs[affordable], affordable
+    return _merge(Problem(None, *needs, total, folds, most, limit, unit))[0]
 
 
 def _merge(problem, price=None):
@@ -104,7 +104,7 @@ def _merge(problem, price=None):
     return merged, price
 
 
-def strike_off(problem):
+def strike_off(problem: Problem) -> Problem:
     """Without cameras that others can stand in for: the optimum stays the same.
 
     A camera is dominated by one that serves the same targets, costs no more, and is not
@@ -139,11 +139,12 @@ def _counts(problem, chosen):
     return np.count_nonzero(problem.serves[chosen], axis=0)
 
 
-def value_of(problem, chosen):
+def value_of(problem: Problem, chosen: list[int]) -> float:
+    """The weight of the targets that the chosen cameras serve."""
     return float(problem.weights[_counts(problem, chosen) >= problem.folds].sum())
 
 
-def choose_greedily(problem):
+def choose_greedily(problem: Problem) -> list[int]:
     """The best of a few greedy runs; with one fold and equal costs they are one.
 
     They differ in counting a camera's gain or its gain a cost, and in what a target is worth
@@ -203,7 +204,7 @@ def _swap(problem, chosen):
         value = value_of(problem, chosen)
 
 
-def search_by_swaps(problem):
+def search_by_swaps(problem: Problem) -> list[int]:
     """Greedy, swaps, and the same from other starts."""
     best = _swap(problem, choose_greedily(problem))
     number = len(problem.columns)
@@ -225,7 +226,7 @@ def search_by_swaps(problem):
     return best
 
 
-def quick_bound(problem, chosen):
+def quick_bound(problem: Problem, chosen: list[int]) -> float:
     """Weight that no choice exceeds, without solving anything."""
     alone = problem.served.T @ problem.weights / problem.folds
     bounds = [problem.weights.sum(), np.sort(alone)[-problem.most :].sum()]
@@ -236,38 +237,45 @@ def quick_bound(problem, chosen):
     return float(min(bounds))
 
 
-def maximise(problem, found, time_limit, goal=0.0):
+def maximise(
+    problem: Problem, found: list[int], time_limit: float, goal: float = 0.0
+) -> tuple[list[int], float]:
     """A better choice than `found`, and what none exceeds.
 
     Choices worth less than `goal` are of no interest; the search ends with one that
     reaches it.  The bound is then that of choices that reach it.
     """
-    everyone, everything = list(range(len(problem.columns))), float(problem.weights.sum())
-    if value_of(problem, found) == everything:
-        return found, everything
+    value = value_of(problem, found)
+    if quick_bound(problem, found) <= value:
+        return found, value
+    everyone = np.arange(len(problem.columns))
     if len(everyone) <= problem.most and not np.isfinite(problem.budget):
-        return everyone, everything
+        return everyone.tolist(), float(problem.weights.sum())
+    plain = problem.folds == 1 and np.ptp(problem.costs) == 0 and not np.isfinite(problem.budget)
+    if plain and problem.most == 2:
+        most, pair = best_pair(problem.serves.astype(float), problem.weights, everyone)
+        return (pair, most) if most > value * (1 + HAIR) else (found, value)
     end = perf_counter() + time_limit
     root = _relax(problem, time_limit)
     if root is None:  # not even the relaxation was solved in time
         return found, quick_bound(problem, found)
     bound, cost, price = root
-    value = value_of(problem, found)
     if bound < max(value + _step(problem), goal):
         return found, max(value, bound if value < goal else 0.0)
-    plain = problem.folds == 1 and np.ptp(problem.costs) == 0 and not np.isfinite(problem.budget)
     if plain and 2 < problem.most <= FEW:
         # A camera whose reduced cost exceeds what is to be gained is in no better choice.
         keep = np.flatnonzero(cost <= bound - max(value + _step(problem), goal) + 1e-6 * bound)
-        rest, price = _merge(
-            problem._replace(
-                serves=problem.serves[keep],
-                costs=problem.costs[keep],
-                columns=keep,
-            ),
+        rest, price = _merge(problem._replace(serves=problem.serves[keep]), price)
+        better, bound = branch(
+            rest.serves.astype(float),
+            rest.weights,
+            rest.most,
             price,
+            value=value,
+            goal=goal,
+            step=_step(problem),
+            end=end,
         )
-        better, bound = _branch(rest, price, value, goal, end)
         return (found if better is None else list(keep[better])), bound
     return _program(problem, found, bound, max(0.01, end - perf_counter()))
 
@@ -313,178 +321,39 @@ def _relax(problem, time_limit):
     return -result.fun, result.lower.marginals[:columns], -result.ineqlin.marginals[:rows]
 
 
-def _program(problem, found, bound, time_limit):
-    """The integer program, as it stands, by HiGHS."""
+def _solve(problem, aims, matrix, limits, time_limit, gap=0.0):
+    """The integer program by HiGHS: the cameras found, or None, and what none aims below."""
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     rows, columns = problem.served.shape
-    matrix, limits = _constraints(problem)
     result = milp(
-        np.r_[np.zeros(columns), -problem.weights],
+        aims,
         constraints=LinearConstraint(matrix, ub=limits),
         bounds=Bounds(0, 1),
         # With one fold a target is served wholly or not at all, by itself.
         integrality=np.r_[np.ones(columns), np.full(rows, problem.folds > 1)],
-        options={"time_limit": time_limit, "mip_rel_gap": 0.5 * _step(problem) / bound},
+        options={"time_limit": time_limit, "mip_rel_gap": gap},
     )
+    chosen = None if result.x is None else np.flatnonzero(result.x[:columns] > 0.5).tolist()
+    bound = result.mip_dual_bound
+    return chosen, bound if bound is not None and np.isfinite(bound) else -np.inf
+
+
+def _program(problem, found, bound, time_limit):
+    """The integer program, as it stands."""
+    aims = np.r_[np.zeros(len(problem.columns)), -problem.weights]
+    gap = 0.5 * _step(problem) / bound
+    chosen, dual = _solve(problem, aims, *_constraints(problem), time_limit, gap)
     value = value_of(problem, found)
-    if result.x is not None:
-        chosen = np.flatnonzero(result.x[:columns] > 0.5)
+    if chosen is not None:
         paid = problem.costs[chosen].sum() <= problem.budget  # not only within tolerances
         if paid and value_of(problem, chosen) > value:
-            found, value = [int(column) for column in chosen], value_of(problem, chosen)
-    if result.mip_dual_bound is not None and np.isfinite(result.mip_dual_bound):
-        bound = min(bound, -result.mip_dual_bound)
+            found, value = chosen, value_of(problem, chosen)
+    bound = min(bound, -dual)
     return found, value if bound < value + _step(problem) else bound
 
 
-def _branch(problem, price, value, goal, end):
-    """Branch and bound with Lagrangian bounds, for few cameras of equal cost.
-
-    Let each target t pay its cameras a price 0 ≤ p_t ≤ w_t for being served, and keep the
-    rest of its weight in any case: no choice is worth more than Σ(w − p) and the n
-    greatest sums of prices.  The relaxation's prices are the best to begin with; below,
-    a few subgradient steps mend them.  A node is a set of chosen cameras and those that
-    may follow; nodes are bounded many at a time, and the last two cameras are found by
-    trying all pairs.
-
-    Returns
-    -------
-    better : list of int or None
-        None when no choice is better than `value`.
-    bound : float
-
-    References
-    ----------
-    M. Held, P. Wolfe and H. Crowder, "Validation of subgradient optimization",
-    Mathematical Programming 6, 1974.
-    """
-    serves = problem.serves.astype(float)
-    weights, step = problem.weights, _step(problem)
-    better, needed = None, max(value + step, goal)
-    everyone = np.arange(len(serves))
-    sums = serves @ price
-    top = np.sort(sums)[-problem.most :].sum()
-    nodes = [((weights - price).sum() + top, [], everyone, price, sums)]
-    unseen = 0.0  # the best bound of what time did not allow
-    while nodes:
-        nodes = [node for node in nodes if node[0] >= needed]
-        if not nodes or (better is not None and value >= goal > 0):
-            break
-        if perf_counter() > end:
-            unseen = max(node[0] for node in nodes)
-            break
-        # The deepest first, of those the most promising.
-        nodes.sort(key=lambda node: (len(node[1]), node[0]))
-        depth = len(nodes[-1][1])
-        parents = [node for node in nodes[-8:] if len(node[1]) == depth]
-        del nodes[-len(parents) :]
-        children = [child for node in parents for child in _children(node, problem.most, needed)]
-        left = problem.most - depth - 1
-        for start in range(0, len(children), 64):
-            batch = children[start : start + 64]
-            if perf_counter() > end:
-                unseen = max(unseen, *(child[0] for child in batch))
-                continue
-            reached = np.stack([serves[chosen].any(axis=0) for _, chosen, _, _ in batch])
-            bounds, prices, sums = _price(serves, weights, reached, batch, left, needed)
-            for (bound, chosen, others, _), now, paid, own, gone in zip(
-                batch, bounds, prices, sums, reached, strict=True
-            ):
-                bound = min(bound, now)
-                if bound < needed:
-                    continue
-                if left > 2:
-                    nodes.append((bound, chosen, others, paid, own))
-                    continue
-                more, pair = _pair(serves, np.where(gone, 0.0, weights), others)
-                if weights[gone].sum() + more >= needed:
-                    value = weights[gone].sum() + more
-                    better, needed = chosen + pair, max(value + step, goal)
-    if unseen >= needed:
-        return better, unseen
-    return better, max(value, needed - step if value < goal else 0.0)
-
-
-def _children(node, most, needed):
-    """One child a camera: that one chosen, those before it in order of price ruled out."""
-    bound, chosen, others, price, sums = node
-    left = most - len(chosen)
-    order = others[np.argsort(-sums[others], kind="stable")]
-    ranked = sums[order]
-    if len(order) > left:
-        # Choosing a camera beyond the first `left` costs the difference to the last of them.
-        useful = bound - ranked[left - 1] + ranked >= needed
-        order, ranked = order[useful], ranked[useful]
-    running = np.r_[0.0, np.cumsum(ranked)]
-    first = np.arange(len(order))
-    last = np.minimum(first + left, len(order))
-    bounds = bound - running[min(left, len(order))] + running[last] - running[first]
-    return [
-        (bounds[i], [*chosen, int(order[i])], order[i + 1 :], price)
-        for i in np.flatnonzero(bounds >= needed)
-    ]
-
-
-def _price(serves, weights, reached, batch, left, needed):
-    """Lagrangian bounds of a batch of nodes, each mended by a few subgradient steps."""
-    size, cameras = len(batch), len(serves)
-    value = reached @ weights
-    open_weights = np.where(reached, 0.0, weights)
-    price = np.minimum(np.stack([node[3] for node in batch]), open_weights)
-    barred = np.full((size, cameras), -np.inf)
-    for row, (_, _, others, _) in enumerate(batch):
-        barred[row, others] = 0.0
-    best, best_price, best_sums = np.full(size, np.inf), price.copy(), np.empty((size, cameras))
-    stride = np.ones(size)
-    active = np.arange(size)
-    rounds = max(2, left)
-    count = min(left, cameras)
-    for number in range(rounds):
-        sums = price @ serves.T + barred[active]
-        top = np.argpartition(sums, cameras - count, axis=1)[:, cameras - count :]
-        paid = np.maximum(np.take_along_axis(sums, top, axis=1), 0.0)
-        kept = open_weights[active]
-        bound = value[active] + (kept - price).sum(axis=1) + paid.sum(axis=1)
-        lower = bound < best[active]
-        at = active[lower]
-        best[at], best_price[at], best_sums[at] = bound[lower], price[lower], sums[lower]
-        stride[active[~lower]] *= 0.6
-        alive = best[active] >= needed
-        if number == rounds - 1 or not alive.any():
-            break
-        active, price, kept, bound = active[alive], price[alive], kept[alive], bound[alive]
-        top, paid = top[alive], paid[alive]
-        # A target chosen for twice over pays too much, one not chosen for too little.
-        slope = np.full(price.shape, -1.0)
-        for camera in range(count):
-            slope += serves[top[:, camera]] * (paid[:, [camera]] > 0)
-        slope[((price <= 0) & (slope > 0)) | ((price >= kept) & (slope < 0))] = 0.0
-        length = stride[active] * (bound - needed + 1.0) / (np.square(slope).sum(axis=1) + HAIR)
-        price = np.clip(price - length[:, None] * slope, 0.0, kept)
-    return best, best_price, best_sums
-
-
-def _pair(serves, weights, others):
-    """The two cameras that serve the most weight, and how much."""
-    if len(others) == 0:
-        return 0.0, []
-    own = serves[others]
-    gain = own @ weights
-    # A pair better than the best camera and its best complement has two cameras worth that.
-    best = int(gain.argmax())
-    floor = (gain[best] + (np.maximum(own[best], own) - own[best]) @ weights).max()
-    useful = np.flatnonzero(gain + gain[best] >= floor * (1 - HAIR))
-    own, gain = own[useful], gain[useful]
-    both = gain[:, None] + gain - (own * weights) @ own.T
-    first, second = np.unravel_index(both.argmax(), both.shape)
-    pair = [int(others[useful[first]])]
-    if second != first:
-        pair.append(int(others[useful[second]]))
-    return float(both[first, second]), pair
-
-
-def trim(problem, chosen, goal):
+def trim(problem: Problem, chosen: list[int], goal: float) -> list[int]:
     """As few of the chosen as reach the goal: the first ones, then without the needless."""
     if value_of(problem, chosen) < goal:  # greedy for several folds may stop early
         chosen = list(range(len(problem.columns)))
@@ -498,10 +367,11 @@ def trim(problem, chosen, goal):
     return list(chosen)
 
 
-def minimise(problem, found, goal, time_limit):
+def minimise(
+    problem: Problem, found: list[int], goal: float, time_limit: float
+) -> tuple[list[int], float]:
     """Cheaper cameras than `found` that reach the goal, and what none of them costs less than."""
     from scipy import sparse
-    from scipy.optimize import Bounds, LinearConstraint, milp
 
     end = perf_counter() + time_limit
     equal = np.ptp(problem.costs) == 0
@@ -521,41 +391,29 @@ def minimise(problem, found, goal, time_limit):
     rows, columns = problem.served.shape
     matrix, limits = _constraints(problem)
     matrix = sparse.vstack([matrix, np.r_[np.zeros(columns), -problem.weights][None]])
-    result = milp(
-        np.r_[problem.costs, np.zeros(rows)],
-        constraints=LinearConstraint(matrix, ub=np.r_[limits, -goal]),
-        bounds=Bounds(0, 1),
-        integrality=np.r_[np.ones(columns), np.full(rows, problem.folds > 1)],
-        options={"time_limit": max(0.01, end - perf_counter()), "mip_rel_gap": 0.0},
-    )
-    if result.x is not None:
-        chosen = np.flatnonzero(result.x[:columns] > 0.5)
+    aims, limits = np.r_[problem.costs, np.zeros(rows)], np.r_[limits, -goal]
+    chosen, dual = _solve(problem, aims, matrix, limits, max(0.01, end - perf_counter()))
+    if chosen is not None:
         cheaper = problem.costs[chosen].sum() < problem.costs[found].sum()
         if value_of(problem, chosen) >= goal and cheaper:
-            found = [int(column) for column in chosen]
-    bound = problem.costs.min()
-    if result.mip_dual_bound is not None and np.isfinite(result.mip_dual_bound):
-        bound = max(bound, result.mip_dual_bound)
+            found = chosen
+    bound = max(problem.costs.min(), dual)
     if equal:  # whole cameras
         bound = np.ceil(bound / problem.costs[0] - 1e-6) * problem.costs[0]
     return found, bound
 
 
-def check_served(served):
-    served = np.asarray(served)
-    if served.dtype != bool or served.ndim != 2:
-        raise ArgumentError(
-            f"served is {served.dtype} of shape {served.shape}; pass booleans, a row a target and "
-            "a column a camera."
-        )
-    if served.shape[0] == 0 or served.shape[1] == 0:
-        raise ArgumentError(
-            f"served has the shape {served.shape}; there must be a target and a camera at least."
-        )
+def check_served(served: ArrayLike) -> np.ndarray:
+    """Return `served` as booleans of shape (targets, cameras), or raise `ArgumentError`."""
+    remedy = "booleans, a row a target and a column a camera, one of each at least"
+    served = require_array("served", served, (None, None), dtype=bool, remedy=remedy)
+    if served.size == 0:
+        raise ArgumentError(f"served has the shape {served.shape}; pass {remedy}.")
     return served
 
 
-def check_numbers(n, folds, columns):
+def check_numbers(n: int, folds: int, columns: int) -> tuple[int, int]:
+    """Return `n` and `folds` when so many of `columns` cameras can be chosen, or raise."""
     n, folds = require_count("n", n, low=1), require_count("folds", folds, low=1)
     if n > columns:
         raise ArgumentError(
@@ -569,27 +427,11 @@ def check_numbers(n, folds, columns):
     return n, folds
 
 
-def check_weights(weights, number):
-    weights = _check_positive("weights", np.ones(number) if weights is None else weights, number)
+def check_weights(weights: ArrayLike | None, number: int) -> np.ndarray:
+    """Return the targets' weights, all alike if None, or raise `ArgumentError`."""
+    if weights is None:
+        return np.ones(number)
+    weights = require_array("weights", weights, (number,), low=0)
     if weights.sum() <= 0:
         raise ArgumentError("weights are all zero; give some target a weight.")
     return weights
-
-
-def _check_costs(costs, number):
-    costs = _check_positive("costs", np.ones(number) if costs is None else costs, number)
-    if (costs == 0).any():
-        raise ArgumentError("costs hold a zero; every camera must cost something.")
-    return costs
-
-
-def _check_positive(name, values, number):
-    try:
-        values = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as fault:
-        raise ArgumentError(f"{name} are not numbers ({fault}).") from fault
-    if values.shape != (number,):
-        raise ArgumentError(f"{name} has the shape {values.shape}; pass ({number},).")
-    if not np.isfinite(values).all() or (values < 0).any():
-        raise ArgumentError(f"{name} hold a value that is negative or not finite; mend it.")
-    return values

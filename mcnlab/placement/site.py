@@ -4,13 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.cameras import visibility
 from mcnlab.cameras.floor import GridMap, check_area
-from mcnlab.checks import require_choice, require_count, require_number
+from mcnlab.checks import require_array, require_choice, require_count, require_number
+from mcnlab.datasets.scene import Scene
 from mcnlab.errors import ArgumentError
 from mcnlab.placement import coverage, votes
 from mcnlab.placement.choice import (
+    Choice,
     choose_area,
     choose_exact,
     choose_greedy,
@@ -34,7 +37,7 @@ class Site:
         The walkers that the choice may see.
     grid : GridMap
         Of the votes and of the camera places.
-    model : coverage.CameraModel
+    model : CameraModel
     cameras : pandas.DataFrame
         The candidates.
     targets : pandas.DataFrame
@@ -45,7 +48,7 @@ class Site:
     forbidden : ndarray of bool, shape (rows, columns)
     """
 
-    scene: object
+    scene: Scene
     grid: GridMap
     model: visibility.CameraModel
     cameras: pd.DataFrame
@@ -55,7 +58,7 @@ class Site:
     forbidden: np.ndarray
 
 
-def grid_over(area, *, cell=0.5, most=MOST_PLACES):
+def grid_over(area: ArrayLike, *, cell: float = 0.5, most: int = MOST_PLACES) -> GridMap:
     """A grid of at most `most` cells: of `cell` metres, or of whole decimetres beyond it."""
     left, bottom, right, top = check_area(area)
     cell = require_number("cell", cell, above=0, unit="metres")
@@ -71,13 +74,20 @@ def grid_over(area, *, cell=0.5, most=MOST_PLACES):
         cell = np.round(cell + max(0.1, 0.02 * cell), 1)
 
 
-def prepare_site(scene, *, model, grid=None, headings=8, forbidden=None):
+def prepare_site(
+    scene: Scene,
+    *,
+    model: visibility.CameraModel,
+    grid: GridMap | None = None,
+    headings: int = 8,
+    forbidden: ArrayLike | None = None,
+) -> Site:
     """Lay out candidates and walker-seconds of a scene.
 
     Parameters
     ----------
     scene : Scene
-    model : coverage.CameraModel
+    model : CameraModel
     grid : GridMap, optional
         Default: `grid_over` the scene's area.
     headings : int, optional
@@ -88,31 +98,41 @@ def prepare_site(scene, *, model, grid=None, headings=8, forbidden=None):
     Returns
     -------
     Site
+
+    Examples
+    --------
+    >>> from mcnlab.cameras import CameraModel
+    >>> from mcnlab.synthetic.corridor import make_corridor
+    >>> site = prepare_site(make_corridor(walkers=5), model=CameraModel(pans=True))
+    >>> site.served.shape == (len(site.targets), len(site.cameras))
+    True
     """
     grid = grid_over(scene.area) if grid is None else grid
     barred = no_floor(scene, grid)
     if forbidden is not None:
-        if np.shape(forbidden) != grid.shape:
-            raise ArgumentError(
-                f"forbidden has the shape {np.shape(forbidden)}, the grid {grid.shape}; pass one "
-                "flag a cell."
-            )
-        barred = barred | np.asarray(forbidden, dtype=bool)
-    forbidden = barred
-    cameras = coverage.candidates(grid, model=model, headings=headings, forbidden=forbidden)
+        barred = barred | require_array("forbidden", forbidden, grid.shape, dtype=bool)
+    cameras = coverage.candidates(grid, model=model, headings=headings, forbidden=barred)
     targets = coverage.walker_seconds(scene)
     served = visibility.square_on(targets, cameras, model, walls=scene.walls)
-    return Site(scene, grid, model, cameras, targets, served, headings, forbidden)
+    return Site(scene, grid, model, cameras, targets, served, headings, barred)
 
 
-def no_floor(scene, grid):
+def no_floor(scene: Scene, grid: GridMap) -> np.ndarray:
     """Cells whose centre lies in one of the scene's blocks, shape (rows, columns)."""
     x, y = np.meshgrid(*grid.centres())
     left, bottom, right, top = scene.blocks.T[:, :, None, None]
     return ((x > left) & (x < right) & (y > bottom) & (y < top)).any(axis=0)
 
 
-def choose_cameras(site, method, n, *, seed=0, time_limit=60.0, weights="cells"):
+def choose_cameras(
+    site: Site,
+    method: str,
+    n: int,
+    *,
+    seed: int = 0,
+    time_limit: float = 60.0,
+    rules: votes.VoteRules = votes.RULES,
+) -> tuple[pd.DataFrame, Choice | None]:
     """Choose n cameras of a site by one method.
 
     Parameters
@@ -127,25 +147,37 @@ def choose_cameras(site, method, n, *, seed=0, time_limit=60.0, weights="cells")
         Of the random draw.
     time_limit : float, optional
         Seconds for the proof of "exact"; after it the best so far is returned.
-    weights : {"cells", "traces"}, optional
-        Of votes, as in `placement.vote`.
+    rules : votes.VoteRules, optional
+        Of the votes.
 
     Returns
     -------
     cameras : pandas.DataFrame
         n rows of candidates or, for votes, aimed cameras at the voted places.
-    choice : covering.Choice or None
+    choice : choice.Choice or None
         None for votes, ground and random draws, which do not look at walker-seconds.
+
+    Examples
+    --------
+    >>> from mcnlab.cameras import CameraModel
+    >>> from mcnlab.synthetic.corridor import make_corridor
+    >>> site = prepare_site(make_corridor(walkers=5), model=CameraModel(pans=True))
+    >>> cameras, choice = choose_cameras(site, "greedy", 2)
+    >>> len(cameras), choice.method
+    (2, 'greedy')
     """
     require_choice("method", method, METHODS)
     n = require_count("n", n, low=1)
     if method == "votes":
         voted = votes.place_by_votes(
-            site.scene.traces, site.grid, n=n, forbidden=site.forbidden, weights=weights
-        ).places
-        places = voted[[X, Y]].to_numpy()
+            site.scene.traces, site.grid, n=n, rules=rules, forbidden=site.forbidden
+        )
         aimed = coverage.aim_cameras(
-            places, site.targets, site.model, headings=site.headings, walls=site.scene.walls
+            voted.places[[X, Y]].to_numpy(),
+            site.targets,
+            site.model,
+            headings=site.headings,
+            walls=site.scene.walls,
         )
         return aimed, None
     if method == "area":
@@ -176,7 +208,14 @@ def _spread(cameras, seen, chosen, n):
     return chosen
 
 
-def judge_cameras(cameras, targets, *, model, walls=None, folds=1):
+def judge_cameras(
+    cameras: pd.DataFrame,
+    targets: pd.DataFrame,
+    *,
+    model: visibility.CameraModel,
+    walls: ArrayLike | None = None,
+    folds: int = 1,
+) -> np.ndarray:
     """Which walker-seconds a set of cameras sees square-on, shape (targets,)."""
     folds = require_count("folds", folds, low=1)
     if len(cameras) == 0:
@@ -185,7 +224,9 @@ def judge_cameras(cameras, targets, *, model, walls=None, folds=1):
     return np.count_nonzero(served, axis=1) >= folds
 
 
-def plan_of(site, choice, *, folds=1):
+def plan_of(
+    site: Site, choice: Choice, *, folds: int = 1
+) -> tuple[pd.DataFrame, np.ndarray, np.ndarray]:
     """What a choice comes to on its own site.
 
     Returns
@@ -198,7 +239,7 @@ def plan_of(site, choice, *, folds=1):
     return site.cameras.iloc[choice.cameras], served, site.forbidden
 
 
-def away_from_walls(scene, grid, *, within=0.5):
+def away_from_walls(scene: Scene, grid: GridMap, *, within: float = 0.5) -> np.ndarray:
     """Cells whose centre is farther than `within` metres from every wall, shape (rows, columns).
 
     Raises

@@ -16,9 +16,10 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.cameras.floor import GridMap, check_grid
-from mcnlab.checks import require_choice, require_count, require_number
+from mcnlab.checks import require_array, require_choice, require_count, require_kind, require_number
 from mcnlab.errors import ArgumentError
 from mcnlab.placement.cells import (
     BINS,
@@ -27,8 +28,6 @@ from mcnlab.placement.cells import (
     KEEP,
     ROW,
     DirectedCells,
-    as_array,
-    check_mask,
     direct_cells,
     histograms,
     orientations,
@@ -41,7 +40,67 @@ from mcnlab.tables import X, Y, starts_of
 VOTES: Final = "votes"  # perpendiculars that pass through a cell
 SEPARATION = 2.0  # m; two humps nearer than this are one place for a camera
 PROMINENCE = 0.2  # of the highest hump; how far a hump must stand out
+WEIGHTS: Final = ("cells", "traces")  # what a vote weighs: one, or the cell's walks
 FINE = 64  # orientations of the perpendiculars to refined directions
+
+
+@dataclass(frozen=True)
+class VoteRules:
+    """The thresholds on the way from traces to camera places.
+
+    Attributes
+    ----------
+    chaos_ratio : float
+        Above 0, at most 1; a rival direction that reaches this share of the highest makes
+        a cell chaos (see `cells.direct_cells`).
+    least_traces : int
+        Walks in a bin that make a prominent maximum.
+    refine : bool
+        Take the mean direction of a cell's walks, not the bin's centre, and perpendiculars
+        in 64 orientations, not 8: beyond the thesis.
+    weights : {"cells", "traces"}
+        What a directed cell adds: one, as in the thesis, or its magnitude.
+    use_band : bool
+        Let only the thinned path band vote, as the thesis advises when walks are many.
+    keep : float
+        Share of the strongest cell's magnitude that a cell of the band needs, 0 to 1.
+    separation : float
+        Metres; two humps nearer than this are one place.
+    prominence : float
+        Share of the highest hump by which a hump stands out, above 0, at most 1.
+    smooth : float
+        Standard deviation of the Gaussian the votes are first smoothed by, metres; 0, as
+        in the thesis, does not.
+
+    Raises
+    ------
+    ArgumentError
+        When a threshold is out of range.
+    """
+
+    chaos_ratio: float = CHAOS_RATIO
+    least_traces: int = 1
+    refine: bool = False
+    weights: str = "cells"
+    use_band: bool = False
+    keep: float = KEEP
+    separation: float = SEPARATION
+    prominence: float = PROMINENCE
+    smooth: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_number("chaos_ratio", self.chaos_ratio, above=0, high=1)
+        require_count("least_traces", self.least_traces, low=1)
+        require_choice("refine", self.refine, (True, False))
+        require_choice("weights", self.weights, WEIGHTS)
+        require_choice("use_band", self.use_band, (True, False))
+        require_number("keep", self.keep, low=0, high=1)
+        require_number("separation", self.separation, low=0, unit="metres")
+        require_number("prominence", self.prominence, above=0, high=1)
+        require_number("smooth", self.smooth, low=0, unit="metres")
+
+
+RULES: Final = VoteRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +121,19 @@ class Placement:
 
     angles: pd.DataFrame
     cells: DirectedCells
-    band: np.ndarray
+    band: np.ndarray | None
     votes: np.ndarray
     humps: pd.DataFrame
     places: pd.DataFrame
 
 
-def vote(cells, *, weights="cells", band=None, orientations=BINS):
+def vote(
+    cells: DirectedCells,
+    *,
+    weights: str = "cells",
+    band: ArrayLike | None = None,
+    orientations: int = BINS,
+) -> np.ndarray:
     """Count the perpendiculars that pass through each cell (sections 2.2.4 and 2.3).
 
     A perpendicular runs both ways across the whole map, its own cell included, one cell a
@@ -97,7 +162,7 @@ def vote(cells, *, weights="cells", band=None, orientations=BINS):
     ArgumentError
         When no cell is directed, or none in the band, or an argument is out of range.
     """
-    require_choice("weights", weights, ("cells", "traces"))
+    require_choice("weights", weights, WEIGHTS)
     count = require_count("orientations", orientations, low=BINS)
     if count % BINS or count > 1024:
         raise ArgumentError(
@@ -107,7 +172,7 @@ def vote(cells, *, weights="cells", band=None, orientations=BINS):
     require_directed(cells)
     voting = cells.directed
     if band is not None:
-        voting = voting & check_mask("band", band, cells.shape)
+        voting = voting & require_array("band", band, cells.shape, dtype=bool)
         if not voting.any():
             raise ArgumentError("band holds no directed cell; lower keep, or vote without it.")
     row, column = np.nonzero(voting)
@@ -143,26 +208,21 @@ def _count_lines(votes, along, across, weight, slope):
 
 
 def find_humps(
-    votes, grid, *, separation=SEPARATION, prominence=PROMINENCE, smooth=0.0, forbidden=None
-):
+    votes: ArrayLike, grid: GridMap, *, rules: VoteRules = RULES, forbidden: ArrayLike | None = None
+) -> pd.DataFrame:
     """The humps of the votes, the best first (Figure 2.11).
 
-    A hump stands out: to reach a higher one, one must first go down by more than `prominence`
-    times the highest.  Digital lines cross in many small peaks that are none.  Of equally high
-    cells on a hump the one nearest to their middle is taken; of humps nearer than `separation`
-    only the higher remains.
+    A hump stands out: to reach a higher one, one must first go down by more than the rules'
+    `prominence` times the highest.  Digital lines cross in many small peaks that are none.
+    Of equally high cells on a hump the one nearest to their middle is taken; of humps nearer
+    than `separation` only the higher remains.
 
     Parameters
     ----------
     votes : array_like, shape (rows, columns)
     grid : GridMap
-    separation : float, optional
-        Metres.
-    prominence : float, optional
-        Share of the highest, above 0, at most 1.
-    smooth : float, optional
-        Standard deviation of the Gaussian the votes are first smoothed by, metres; 0, as
-        in the thesis, does not.
+    rules : VoteRules, optional
+        Their `separation`, `prominence` and `smooth`.
     forbidden : array_like of bool, shape (rows, columns), optional
         Where no camera can be.  These cells count as without votes.
 
@@ -174,23 +234,20 @@ def find_humps(
     Raises
     ------
     ArgumentError
-        When the votes are not a map of finite numbers on that grid, every cell with votes is
-        forbidden, or a number is out of range.
+        When the votes are not a map of finite numbers on that grid, or every cell with votes
+        is forbidden.
     """
     from scipy import ndimage
     from skimage.morphology import local_maxima, reconstruction
 
     votes, allowed = _check_votes(votes, grid, forbidden)
-    separation = require_number("separation", separation, low=0, unit="metres")
-    prominence = require_number("prominence", prominence, above=0, high=1)
-    smooth = require_number("smooth", smooth, low=0, unit="metres")
     surface = votes.astype(float)
-    if smooth > 0:
-        surface = ndimage.gaussian_filter(surface, smooth / grid.cell, mode="constant")
+    if rules.smooth > 0:
+        surface = ndimage.gaussian_filter(surface, rules.smooth / grid.cell, mode="constant")
     # A rim below the ground lets a hump stand on the map's edge, or be the whole map.
     surface = np.pad(np.where(allowed, surface, 0.0), 1, constant_values=-1.0)
     eight = np.ones((3, 3))
-    cut = reconstruction(surface - prominence * surface.max(), surface, footprint=eight)
+    cut = reconstruction(surface - rules.prominence * surface.max(), surface, footprint=eight)
     region, count = ndimage.label(local_maxima(cut), eight)
     region, surface = region[1:-1, 1:-1], surface[1:-1, 1:-1]
     summit = ndimage.maximum(surface, region, np.arange(count + 1))
@@ -209,22 +266,20 @@ def find_humps(
     while free.any():
         best = int(np.argmax(free))
         kept = np.r_[kept, best]
-        free &= np.hypot(row - row[best], column - column[best]) * grid.cell >= separation
+        free &= np.hypot(row - row[best], column - column[best]) * grid.cell >= rules.separation
         free[best] = False
     return _place_table(row[kept], column[kept], votes, grid)
 
 
 def choose_places(
-    votes,
-    grid,
-    n,
+    votes: ArrayLike,
+    grid: GridMap,
+    n: int,
     *,
-    separation=SEPARATION,
-    prominence=PROMINENCE,
-    smooth=0.0,
-    forbidden=None,
-    humps=None,
-):
+    rules: VoteRules = RULES,
+    forbidden: ArrayLike | None = None,
+    humps: pd.DataFrame | None = None,
+) -> pd.DataFrame:
     """The best n places for cameras (section 2.3).
 
     The humps come first.  When they are fewer than n, the cells with most votes follow that
@@ -232,7 +287,7 @@ def choose_places(
 
     Parameters
     ----------
-    votes, grid, separation, prominence, smooth, forbidden
+    votes, grid, rules, forbidden
         As in `find_humps`.
     n : int
         How many cameras there are.
@@ -251,16 +306,8 @@ def choose_places(
     """
     n = require_count("n", n, low=1)
     if humps is None:
-        humps = find_humps(
-            votes,
-            grid,
-            separation=separation,
-            prominence=prominence,
-            smooth=smooth,
-            forbidden=forbidden,
-        )
+        humps = find_humps(votes, grid, rules=rules, forbidden=forbidden)
     votes, allowed = _check_votes(votes, grid, forbidden)
-    separation = require_number("separation", separation, low=0, unit="metres")
     left = np.where(allowed, votes, 0)
     if n > np.count_nonzero(left):
         raise ArgumentError(
@@ -269,16 +316,17 @@ def choose_places(
         )
     chosen = list(zip(humps[ROW], humps[COLUMN], strict=True))[:n]
     y, x = np.ogrid[: grid.rows, : grid.columns]
+    radius = rules.separation / grid.cell
     for row, column in chosen:
-        left[_within(x - column, y - row, separation / grid.cell)] = 0
+        left[_within(x - column, y - row, radius)] = 0
     while len(chosen) < n and left.any():
         row, column = (int(at) for at in np.unravel_index(np.argmax(left), left.shape))
         chosen.append((row, column))
-        left[_within(x - column, y - row, separation / grid.cell)] = 0
+        left[_within(x - column, y - row, radius)] = 0
     if len(chosen) < n:
         raise ArgumentError(
             f"n is {n}, but only {len(chosen)} allowed places with votes exist at least "
-            f"{separation:g} m apart; pass a smaller n or separation, or forbid less."
+            f"{rules.separation:g} m apart; pass a smaller n or separation, or forbid less."
         )
     row, column = np.array(chosen).T
     return _place_table(row, column, votes, grid)
@@ -291,22 +339,14 @@ def _within(x, y, radius):
 
 
 def place_by_votes(
-    traces,
-    grid,
+    traces: pd.DataFrame | None,
+    grid: GridMap,
     *,
-    n=None,
-    chaos_ratio=CHAOS_RATIO,
-    least_traces=1,
-    refine=False,
-    weights="cells",
-    use_band=False,
-    keep=KEEP,
-    separation=SEPARATION,
-    prominence=PROMINENCE,
-    smooth=0.0,
-    forbidden=None,
-    angles=None,
-):
+    n: int | None = None,
+    rules: VoteRules = RULES,
+    forbidden: ArrayLike | None = None,
+    angles: pd.DataFrame | None = None,
+) -> Placement:
     """From traces to camera places, the whole of the thesis's chapter 2.
 
     Parameters
@@ -316,19 +356,9 @@ def place_by_votes(
     grid : GridMap
     n : int, optional
         Cameras to place; without it, one on each hump.
-    chaos_ratio, least_traces
-        As in `direct_cells`.
-    refine : bool, optional
-        Take the mean direction of a cell's walks, not the bin's centre, and perpendiculars
-        in 64 orientations, not 8: beyond the thesis.
-    weights
-        As in `vote`.
-    use_band : bool, optional
-        Let only the thinned path band vote, as the thesis advises when walks are many.
-    keep
-        As in `grow_band`.
-    separation, prominence, smooth, forbidden
-        As in `find_humps`.
+    rules : VoteRules, optional
+    forbidden : array_like of bool, shape (rows, columns), optional
+        Where no camera can be.
     angles : pandas.DataFrame, optional
         What `orientations` gave for these traces on this grid, to save computing it again.
 
@@ -340,39 +370,43 @@ def place_by_votes(
     ------
     TableError, ArgumentError
         As in the steps.
+
+    Examples
+    --------
+    >>> from mcnlab.cameras import GridMap
+    >>> from mcnlab.synthetic.corridor import make_corridor
+    >>> scene = make_corridor(walkers=20)
+    >>> placed = place_by_votes(scene.traces, GridMap.over(scene.area), n=2)
+    >>> list(placed.places.columns), len(placed.places)
+    (['row', 'column', 'x', 'y', 'votes'], 2)
     """
+    require_kind("rules", rules, VoteRules, "VoteRules(…)")
     check_grid(grid)
     if angles is None:
         angles = orientations(traces, grid)
     cells = direct_cells(
         histograms(angles, grid),
-        chaos_ratio=chaos_ratio,
-        least_traces=least_traces,
-        refine=angles if refine else None,
+        chaos_ratio=rules.chaos_ratio,
+        least_traces=rules.least_traces,
+        refine=angles if rules.refine else None,
     )
-    band = thin(path_band(cells, keep=keep)) if use_band else None
-    votes = vote(cells, weights=weights, band=band, orientations=FINE if refine else BINS)
-    how = dict(
-        separation=separation, prominence=prominence, smooth=smooth, forbidden=forbidden
-    )  # shared by both steps
-    humps = find_humps(votes, grid, **how)
-    places = humps if n is None else choose_places(votes, grid, n, humps=humps, **how)
+    band = thin(path_band(cells, keep=rules.keep)) if rules.use_band else None
+    turns = FINE if rules.refine else BINS
+    votes = vote(cells, weights=rules.weights, band=band, orientations=turns)
+    places = humps = find_humps(votes, grid, rules=rules, forbidden=forbidden)
+    if n is not None:
+        places = choose_places(votes, grid, n, rules=rules, forbidden=forbidden, humps=humps)
     return Placement(angles, cells, band, votes, humps, places)
 
 
 def _check_votes(votes, grid, forbidden):
-    votes = as_array("votes", votes)
-    check_grid(grid)
-    if votes.dtype.kind not in "iuf" or votes.shape != grid.shape:
-        raise ArgumentError(
-            f"votes has the shape {votes.shape} of {votes.dtype}; pass numbers, one a cell of "
-            f"the grid, shape {grid.shape}."
-        )
-    if not np.isfinite(votes).all() or votes.min() < 0:
-        raise ArgumentError("votes holds negative or not finite values; see vote.")
-    allowed = np.ones(votes.shape, bool)
+    shape = check_grid(grid).shape
+    checked = require_array("votes", votes, shape, low=0)
+    votes = np.asarray(votes)
+    votes = votes if votes.dtype.kind in "iu" else checked
+    allowed = np.ones(shape, bool)
     if forbidden is not None:
-        allowed = ~check_mask("forbidden", forbidden, grid.shape)
+        allowed = ~require_array("forbidden", forbidden, shape, dtype=bool)
     if not (votes[allowed] > 0).any():
         raise ArgumentError(
             f"forbidden and votes leave no place: of {votes.size} cells {allowed.sum()} are allowed"
@@ -386,13 +420,13 @@ def _place_table(row, column, votes, grid):
     return pd.DataFrame({ROW: row, COLUMN: column, X: x, Y: y, VOTES: votes[row, column]})
 
 
-def hump_error(humps, best_places):
+def hump_error(humps: pd.DataFrame, best_places: ArrayLike) -> float:
     """The farthest that any of the best places is from its nearest hump, metres."""
     apart = humps[[X, Y]].to_numpy()[:, None] - np.asarray(best_places, float)[None]
     return float(np.linalg.norm(apart, axis=2).min(axis=0).max())
 
 
-def shifted_grids(grid, *, steps=4):
+def shifted_grids(grid: GridMap, *, steps: int = 4) -> list[GridMap]:
     """The same cells, shifted by parts of a cell in x and y: steps² grids that cover it all."""
     steps = require_count("steps", steps, low=1)
     return [

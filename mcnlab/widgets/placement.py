@@ -41,15 +41,16 @@ def vote_panel(scene: Scene) -> Panel:
         grid = GridMap.over(scene.area, cell=cell)
         return grid, cells.orientations(scene.traces, grid)
 
-    def draw(mesh, plan, cell, forbidden, **rules):
+    def draw(mesh, plan, cell, n, forbidden, **rules):
         grid, angles = angles_by(cell)
         barred = picker.cells(grid)
         placed = votes.place_by_votes(
             scene.traces,
             grid,
+            n=n,
+            rules=votes.VoteRules(**rules),
             forbidden=barred | no_floor(scene, grid),
             angles=angles,
-            **rules,
         )
         plots.plot_mesh(grid, placed.votes, most=24, ax=mesh)
         plots.plot_ground(grid.area, walls=scene.walls, ax=plan)

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from mcnlab.control.pan_tilt import STATES, PanTilt, simulate
+from mcnlab.cameras.visibility import CameraModel
+from mcnlab.control.pan_tilt import STATES, PanTilt, simulate, slaves_at
 from mcnlab.errors import ArgumentError, TableError
 
 RATE = 25.0
@@ -365,3 +366,12 @@ def test_the_traces_are_left_as_they_were():
     before = traces.copy()
     simulate(traces, slaves(1), frame_rate=RATE)
     assert traces.equals(before)
+
+
+def test_slaves_stand_where_cameras_were_chosen():
+    cameras = pd.DataFrame({"x": [1.0, 4.5], "y": [0.5, -2.0]})
+    model = CameraModel(near=0.5, reach=4.0, pans=True)
+    assert slaves_at(cameras, model=model, pan_limit=45.0) == [
+        PanTilt(x, y, field_of_view=30.0, near=0.5, reach=4.0, pan_limit=45.0)
+        for x, y in zip(cameras["x"], cameras["y"], strict=True)
+    ]

@@ -11,7 +11,7 @@ import pytest
 
 from mcnlab.cameras.floor import GridMap
 from mcnlab.datasets.scene import Scene
-from mcnlab.placement.votes import place_by_votes
+from mcnlab.placement.votes import VoteRules, place_by_votes
 from mcnlab.synthetic.corridor import make_corridor
 from mcnlab.vision import recordings
 
@@ -36,7 +36,7 @@ def corridor():
     """A few people in the made corridor: (scene, grid, placed)."""
     scene = make_corridor(walkers=40, seed=1)
     grid = GridMap.over(scene.area, cell=0.5)
-    placed = place_by_votes(scene.traces, grid, n=2, chaos_ratio=CHAOS_RATIO)
+    placed = place_by_votes(scene.traces, grid, n=2, rules=VoteRules(chaos_ratio=CHAOS_RATIO))
     return scene, grid, placed
 
 

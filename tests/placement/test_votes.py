@@ -3,33 +3,36 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import ndimage
 
 from mcnlab.cameras.floor import GridMap
-from mcnlab.errors import ArgumentError, TableError
+from mcnlab.errors import ArgumentError
 from mcnlab.placement.cells import (
     BINS,
-    CHAOS,
     DIRECTED,
     NO_LOCUS,
     DirectedCells,
     direct_cells,
-    example_patterns,
     grow_band,
     histograms,
-    infer_angle,
     orientations,
     path_band,
-    thin,
 )
-from mcnlab.placement.votes import choose_places, find_humps, place_by_votes, vote
+from mcnlab.placement.votes import (
+    VoteRules,
+    choose_places,
+    find_humps,
+    hump_error,
+    place_by_votes,
+    shifted_grids,
+    vote,
+)
 
 BIN = np.pi / BINS
 ONE_CELL = GridMap(0, 0, 1, 1, 1.0)
-
 shapes = st.tuples(st.integers(1, 9), st.integers(1, 9))
 seeds = st.integers(0, 2**32 - 1)
 
@@ -68,16 +71,6 @@ def wander(seed, size, walkers=6):
     return list(ends[:, 0] * (1 - share) + ends[:, 1] * share + sway)
 
 
-def off_by(angle, truth):
-    """The angle between two undirected directions."""
-    return np.abs((np.asarray(angle) - truth + np.pi / 2) % np.pi - np.pi / 2)
-
-
-def counts(*bins):
-    """The histogram of one cell."""
-    return np.array(bins).reshape(1, 1, BINS)
-
-
 def directed(bins, magnitude=None):
     """Cells that all have a direction, given by bin; −1 for none."""
     bins = np.asarray(bins)
@@ -90,313 +83,6 @@ def directed(bins, magnitude=None):
 bin_maps = shapes.flatmap(
     lambda shape: arrays(int, shape, elements=st.integers(-1, BINS - 1))
 ).filter(lambda bins: (bins >= 0).any())
-
-
-# Angles from pixels (Figure 2.4)
-
-
-def test_strokes_are_read_at_their_angle_and_shapeless_patterns_are_not():
-    patterns = example_patterns()
-    assert len(patterns) >= BINS + 3
-    angle, known = infer_angle(np.array(list(patterns.values())))
-    assert known.tolist() == [name.endswith("π/8") for name in patterns]
-    # A stroke one pixel wide is off its line by half a pixel at most, so by ½Σ|u|/Σu² in
-    # slope, u its pixels from −3.5 to 3.5: 8/42, of which the bin's half, tan(π/16), is more.
-    assert np.tan(BIN / 2) > 8 / 42
-    assert off_by(angle[:BINS], np.arange(BINS) * BIN).max() <= np.arctan(8 / 42)
-    assert (angle[~known] == 0).all()
-
-
-def test_strokes_along_axes_and_diagonals_are_read_exactly():
-    patterns = example_patterns()
-    for k in (0, 2, 4, 6):
-        assert infer_angle(patterns[f"{k}π/8"]).angle == pytest.approx(k * BIN, abs=1e-12)
-
-
-@given(arrays(bool, (8, 8)))
-def test_an_angle_turns_and_mirrors_with_its_pattern(pattern):
-    angle, known = infer_angle(pattern)
-    turned, mirrored = infer_angle(np.rot90(pattern, -1)), infer_angle(pattern[:, ::-1])
-    assert known == turned.known == mirrored.known
-    if known:
-        # Rows count upwards, so numpy's quarter clockwise is anticlockwise on the map.
-        assert off_by(turned.angle, angle + np.pi / 2) < 1e-9
-        assert off_by(mirrored.angle, -angle) < 1e-9
-
-
-@pytest.mark.parametrize("pattern", [np.zeros((8, 8)), np.zeros((7, 8), bool), np.array(True)])
-def test_other_patterns_are_refused(pattern):
-    with pytest.raises(ArgumentError, match="patterns"):
-        infer_angle(pattern)
-
-
-# Traces to angles
-
-
-@pytest.mark.parametrize("k", range(BINS))
-def test_a_straight_walk_is_read_at_its_angle(k):
-    rng = np.random.default_rng(k)
-    walks = [straight(k * BIN, through=0.5 + rng.uniform(-0.1, 0.1, 2)) for _ in range(50)]
-    angles = orientations(table(*walks), ONE_CELL)
-    assert len(angles) == 50
-    # Marked pixels' centres lie within d = (|cos| + |sin|)/2 pixels of the walk.  With u along
-    # and v across it, tan 2φ = 2 cov(u, v)/(var u − var v) ≤ 2d·mean|u|/(var u − d²), where a
-    # chord of L pixels has mean|u| = L/4 and var u = L²/12.
-    d = (abs(np.cos(k * BIN)) + abs(np.sin(k * BIN))) / 2
-    chord = 8 / max(abs(np.cos(k * BIN)), abs(np.sin(k * BIN))) - 2 * 0.2 * 8 * (k % 4 != 0)
-    bound = 0.5 * np.arctan2(d * chord / 2, chord**2 / 12 - d**2)
-    assert bound < BIN
-    assert off_by(angles["angle"], k * BIN).max() <= bound
-    assert histograms(angles, ONE_CELL)[0, 0, k] >= 45
-
-
-def test_a_fast_walker_leaves_no_hole_but_a_lost_one_does():
-    grid = GridMap(0, 0, 1, 20, 0.5)
-    walk = np.array([[0.01, 0.2], [1.9, 0.2], [3.8, 0.2], [8.2, 0.2], [9.9, 0.2]])
-    crossed = orientations(table(walk), grid)["column"].tolist()
-    assert crossed == [*range(8), *range(16, 20)]
-    assert orientations(table(walk), grid, bridge=5)["column"].tolist() == list(range(20))
-
-
-def test_traces_are_not_joined_to_one_another():
-    walks = np.array([[0.01, 0.2], [0.99, 0.2]]), np.array([[1.51, 0.2], [2.49, 0.2]])
-    angles = orientations(table(*walks), GridMap(0, 0, 1, 5, 0.5))
-    assert list(zip(angles["trace"], angles["column"], strict=True)) == [
-        ("walk-0", 0),
-        ("walk-0", 1),
-        ("walk-1", 3),
-        ("walk-1", 4),
-    ]
-
-
-def test_a_walker_who_comes_back_has_one_vote():
-    there = np.array([[0.1, 0.5], [0.9, 0.5], [1.8, 0.5]])
-    angles = orientations(table(np.vstack([there, there[::-1]])), ONE_CELL)
-    assert len(angles) == 1
-
-
-def test_who_lingers_shows_no_direction():
-    rng = np.random.default_rng(0)
-    linger = rng.uniform(0.1, 0.9, (200, 2))
-    angles = orientations(table(linger, straight(0.0)), ONE_CELL)
-    assert angles["trace"].tolist() == ["walk-1"]
-
-
-def test_the_sense_of_walking_does_not_matter():
-    grid = GridMap(0, 0, 12, 12, 0.5)
-    for seed in range(20):
-        walks = wander(seed, 6.0)
-        # Sampled on pixels' edges, where the least difference shows: 1/49 of 49 is below 1.
-        walks.append(np.array([[0.0, seed / 7], [49.0, 20.0]]) / 16)
-        there = orientations(table(*walks), grid, bridge=5)
-        back = orientations(table(*(walk[::-1] for walk in walks)), grid, bridge=5)
-        pd.testing.assert_frame_equal(there, back)
-
-
-@given(st.integers(0, 99), st.sampled_from([0.125, 0.5, 2.0, 8.0]))
-@settings(max_examples=20)
-def test_metres_and_cells_may_be_scaled_together(seed, scale):
-    walks = wander(seed, 6.0)
-    plain = orientations(table(*walks), GridMap(0, 0, 12, 12, 0.5))
-    # Powers of two, so that no place moves over a pixel's edge by rounding.
-    scaled = orientations(
-        table(*(scale * walk for walk in walks)),
-        GridMap(0, 0, 12, 12, 0.5 * scale),
-        bridge=2.0 * scale,
-    )
-    pd.testing.assert_frame_equal(plain, scaled)
-
-
-def test_what_lies_outside_the_map_is_cut_off():
-    grid = GridMap(0, 0, 1, 4, 0.5)
-    whole = orientations(table([[-1.5, 0.25], [0.4, 0.25], [1.9, 0.25], [3.5, 0.25]]), grid)
-    inner = orientations(table([[0.0, 0.25], [0.4, 0.25], [1.9, 0.25], [1.999, 0.25]]), grid)
-    pd.testing.assert_frame_equal(whole, inner)
-
-
-def test_traces_all_outside_the_map_are_refused():
-    with pytest.raises(ArgumentError, match="none of the 2 touches the map"):
-        orientations(table(straight(0, through=(9, 9)), straight(1, through=(-9, 0))), ONE_CELL)
-
-
-def test_traces_of_people_who_stand_are_refused():
-    with pytest.raises(ArgumentError, match="none shows a direction"):
-        orientations(table(np.full((5, 2), 0.5)), ONE_CELL)
-
-
-def test_cells_too_small_for_the_traces_are_refused():
-    with pytest.raises(ArgumentError, match="cells too small"):
-        orientations(table(straight(0.3, through=(0, 0))), GridMap(0, 0, 1000, 1000, 1e-9))
-
-
-@pytest.mark.parametrize("bridge", [-1, np.nan, "2"])
-def test_a_senseless_bridge_is_refused(bridge):
-    with pytest.raises(ArgumentError, match="bridge"):
-        orientations(table(straight(0)), ONE_CELL, bridge=bridge)
-
-
-@pytest.mark.parametrize(
-    ("change", "error", "word"),
-    [
-        ({"angle": np.pi}, ArgumentError, r"\[0, π\)"),
-        ({"angle": np.nan}, ArgumentError, r"\[0, π\)"),
-        ({"row": 3}, ArgumentError, "outside the grid"),
-        ({"column": -1}, ArgumentError, "outside the grid"),
-        ({"row": 0.5}, ArgumentError, "whole"),
-        (None, TableError, "lacks"),
-    ],
-)
-def test_angles_that_do_not_fit_are_refused(change, error, word):
-    angles = orientations(table(straight(0)), ONE_CELL)
-    angles = angles.drop(columns="angle") if change is None else angles.assign(**change)
-    with pytest.raises(error, match=word):
-        histograms(angles, ONE_CELL)
-
-
-# Histograms to directed cells (Figures 2.5 and 2.10)
-
-
-def test_bins_are_centred_and_circular():
-    angle = np.array([0.0, BIN / 2 - 1e-9, BIN / 2 + 1e-9, np.pi / 2, np.pi - 1e-9])
-    angles = pd.DataFrame({"trace": "a", "row": 0, "column": 0, "angle": angle})
-    assert histograms(angles, ONE_CELL)[0, 0].tolist() == [3, 1, 0, 0, 1, 0, 0, 0]
-
-
-def test_fifteen_walks_one_way_make_a_directed_cell():
-    # Figure 2.10: fifteen walks with a proper orientation.
-    cells = direct_cells(counts(0, 1, 3, 9, 2, 0, 0, 0))
-    assert cells.kind[0, 0] == DIRECTED
-    assert cells.angle[0, 0] == pytest.approx(3 * BIN)
-    assert cells.magnitude[0, 0] == 9
-
-
-@pytest.mark.parametrize(
-    ("histogram", "kind"),
-    [
-        (counts(2, 2, 2, 2, 2, 2, 2, 2), CHAOS),
-        (counts(0, 0, 0, 0, 0, 0, 0, 0), NO_LOCUS),
-        (counts(10, 0, 0, 8, 0, 0, 0, 0), CHAOS),
-        (counts(10, 0, 0, 7, 0, 0, 0, 0), DIRECTED),
-        (counts(10, 10, 0, 0, 0, 0, 0, 0), DIRECTED),
-        (counts(10, 0, 0, 0, 0, 0, 0, 9), DIRECTED),
-        (counts(10, 0, 0, 0, 0, 0, 9, 0), CHAOS),
-        (counts(1, 0, 0, 0, 0, 0, 0, 0), DIRECTED),
-    ],
-)
-def test_chaos_is_a_rival_that_is_no_neighbour(histogram, kind):
-    cells = direct_cells(histogram)
-    assert cells.kind[0, 0] == kind
-    if kind != DIRECTED:
-        assert cells.magnitude[0, 0] == cells.angle[0, 0] == 0
-
-
-def test_a_maximum_below_the_least_number_of_walks_is_not_prominent():
-    histogram = counts(0, 4, 0, 0, 0, 0, 0, 0)
-    assert direct_cells(histogram, least_traces=4).kind[0, 0] == DIRECTED
-    assert direct_cells(histogram, least_traces=5).kind[0, 0] == CHAOS
-
-
-@pytest.mark.parametrize("ratio", [0.07, 0.3, 0.55, 0.57, 0.8])  # 0.55·100 is 55.00000000000001
-def test_a_rival_at_the_very_ratio_is_chaos(ratio):
-    rival = round(100 * ratio)
-    assert direct_cells(counts(100, 0, 0, rival, 0, 0, 0, 0), chaos_ratio=ratio).kind[0, 0] == CHAOS
-
-
-@given(arrays(int, (3, 3, BINS), elements=st.integers(0, 12)), st.floats(0.05, 1))
-def test_the_rule_is_the_thesis_word_for_word(histogram, ratio):
-    cells = direct_cells(histogram, chaos_ratio=ratio)
-    for at in np.ndindex(3, 3):
-        bins = histogram[at]
-        verdicts = set()
-        for top in np.flatnonzero(bins == bins.max()):
-            others = [bins[k] for k in range(BINS) if (k - top) % BINS not in (0, 1, BINS - 1)]
-            verdicts.add(CHAOS if max(others) >= ratio * bins.max() - 1e-9 else DIRECTED)
-        # Which of two equal bins is the highest is ours to say, so either verdict is right.
-        assert cells.kind[at] in ({NO_LOCUS} if bins.max() == 0 else verdicts)
-
-
-@given(arrays(int, (1, 1, BINS), elements=st.integers(0, 3)))
-def test_equal_bins_are_decided_alike_in_a_mirror_and_after_a_quarter(histogram):
-    plain = direct_cells(histogram)
-    for changed, angle in (
-        (np.roll(histogram[..., ::-1], 1, axis=-1), -plain.angle),
-        (np.roll(histogram, 4, axis=-1), plain.angle + np.pi / 2),
-    ):
-        other = direct_cells(changed)
-        assert other.kind == plain.kind
-        if plain.kind == DIRECTED:
-            assert off_by(other.angle, angle) < 1e-9
-
-
-def test_a_refined_angle_is_the_mean_of_the_walks_in_and_beside_the_highest_bin():
-    truth = np.array([0.05, -0.1, 0.15, -0.3, 0.02]) % np.pi
-    stray = np.array([1.5])
-    angle = np.r_[truth, stray]
-    angles = pd.DataFrame({"trace": "a", "row": 0, "column": 0, "angle": angle})
-    counted = histograms(angles, ONE_CELL)
-    assert direct_cells(counted).angle[0, 0] == 0
-    mean = 0.5 * np.angle(np.exp(2j * truth).sum()) % np.pi
-    assert direct_cells(counted, refine=angles).angle[0, 0] == pytest.approx(mean)
-    with pytest.raises(ArgumentError, match="refine"):
-        direct_cells(counted, refine=angles[:3])
-
-
-@pytest.mark.parametrize(
-    ("histogram", "options", "word"),
-    [
-        (np.zeros((2, 2, 7), int), {}, "histograms"),
-        (np.zeros((2, 2, BINS)), {}, "histograms"),
-        (np.zeros((0, 2, BINS), int), {}, "empty map"),
-        (counts(-1, 0, 0, 0, 0, 0, 0, 0), {}, "below 0"),
-        (counts(1, 0, 0, 0, 0, 0, 0, 0), {"chaos_ratio": 0}, "chaos_ratio"),
-        (counts(1, 0, 0, 0, 0, 0, 0, 0), {"chaos_ratio": 1.01}, "chaos_ratio"),
-        (counts(1, 0, 0, 0, 0, 0, 0, 0), {"chaos_ratio": np.nan}, "chaos_ratio"),
-        (counts(1, 0, 0, 0, 0, 0, 0, 0), {"least_traces": 0}, "least_traces"),
-        (counts(1, 0, 0, 0, 0, 0, 0, 0), {"least_traces": 1.5}, "least_traces"),
-    ],
-)
-def test_histograms_and_thresholds_out_of_range_are_refused(histogram, options, word):
-    with pytest.raises(ArgumentError, match=word):
-        direct_cells(histogram, **options)
-
-
-# Path band (Figure 2.6)
-
-
-@given(
-    shapes.flatmap(lambda shape: arrays(int, shape, elements=st.integers(0, 6))).filter(np.any),
-    st.sampled_from([0.0, 0.3, 0.5, 1.0]),
-)
-def test_the_band_is_what_hangs_together_with_the_strongest(magnitude, keep):
-    cells = directed(np.where(magnitude > 0, 0, -1), magnitude)
-    strong = (magnitude > 0) & (magnitude >= keep * magnitude.max())
-    label, _ = ndimage.label(strong, np.ones((3, 3)))
-    expected = np.isin(label, label[magnitude == magnitude.max()])
-    assert np.array_equal(path_band(cells, keep=keep), expected)
-
-
-def test_the_band_grows_by_one_ring_a_step():
-    magnitude = np.full((5, 7), 2)
-    magnitude[2, 1] = 3
-    steps = grow_band(directed(np.zeros((5, 7), int), magnitude))
-    row, column = np.indices((5, 7))
-    assert np.array_equal(steps, np.maximum(np.abs(row - 2), np.abs(column - 1)))
-
-
-def test_a_thinned_band_is_a_line_within_it():
-    band = np.zeros((9, 30), bool)
-    band[2:7, 1:29] = True
-    line = thin(band)
-    assert not (line & ~band).any()
-    assert (line.sum(axis=0)[4:26] == 1).all()
-    with pytest.raises(ArgumentError, match="band holds no cell"):
-        thin(np.zeros((3, 3), bool))
-
-
-@pytest.mark.parametrize("keep", [-0.1, 1.1, np.nan])
-def test_a_senseless_share_to_keep_is_refused(keep):
-    with pytest.raises(ArgumentError, match="keep"):
-        path_band(directed([[0]]), keep=keep)
 
 
 # Votes
@@ -531,16 +217,24 @@ def test_a_shoulder_that_does_not_stand_out_is_no_hump():
     votes = np.array([[0, 10, 8, 9, 0, 5, 0]])
     grid = GridMap(0, 0, 1, 7, 1.0)
     # The 9 stands 1 above the way to the 10, the 5 stands 5 above the ground.
-    assert cells_of(find_humps(votes, grid, prominence=0.2)) == [(0, 1), (0, 5)]
-    assert cells_of(find_humps(votes, grid, prominence=0.09)) == [(0, 1), (0, 3), (0, 5)]
-    assert cells_of(find_humps(votes, grid, prominence=0.6)) == [(0, 1)]
+    assert cells_of(find_humps(votes, grid, rules=VoteRules(prominence=0.2))) == [(0, 1), (0, 5)]
+    assert cells_of(find_humps(votes, grid, rules=VoteRules(prominence=0.09))) == [
+        (0, 1),
+        (0, 3),
+        (0, 5),
+    ]
+    assert cells_of(find_humps(votes, grid, rules=VoteRules(prominence=0.6))) == [(0, 1)]
 
 
 def test_of_near_humps_the_higher_remains():
     votes = np.array([[0, 9, 0, 10, 0, 0, 9]])
     grid = GridMap(0, 0, 1, 7, 1.0)
-    assert cells_of(find_humps(votes, grid, separation=2)) == [(0, 3), (0, 1), (0, 6)]
-    assert cells_of(find_humps(votes, grid, separation=2.5)) == [(0, 3), (0, 6)]
+    assert cells_of(find_humps(votes, grid, rules=VoteRules(separation=2))) == [
+        (0, 3),
+        (0, 1),
+        (0, 6),
+    ]
+    assert cells_of(find_humps(votes, grid, rules=VoteRules(separation=2.5))) == [(0, 3), (0, 6)]
 
 
 @pytest.mark.parametrize("top", [(slice(0, 11), slice(0, 11)), (slice(3, 8), slice(1, 10))])
@@ -575,8 +269,8 @@ def test_smoothing_joins_what_noise_parts():
     hill = 20 * np.exp(-((row - 20) ** 2 + (column - 20) ** 2) / 100)
     votes = np.round(hill + rng.uniform(0, 6, hill.shape)).astype(int)
     grid = GridMap(0, 0, 40, 40, 0.5)
-    rough = find_humps(votes, grid, prominence=0.1, separation=0)
-    smooth = find_humps(votes, grid, prominence=0.1, separation=0, smooth=1.5)
+    rough = find_humps(votes, grid, rules=VoteRules(prominence=0.1, separation=0))
+    smooth = find_humps(votes, grid, rules=VoteRules(prominence=0.1, separation=0, smooth=1.5))
     assert len(rough) > len(smooth) == 1
     at = cells_of(smooth)[0]
     assert smooth["votes"][0] == votes[at]  # as counted, not as smoothed
@@ -592,7 +286,7 @@ def test_smoothing_joins_what_noise_parts():
 )
 def test_the_first_hump_is_the_highest_and_humps_keep_apart(votes, separation, prominence):
     grid = GridMap(0, 0, 6, 7, 1.0)
-    humps = find_humps(votes, grid, separation=separation, prominence=prominence)
+    humps = find_humps(votes, grid, rules=VoteRules(separation=separation, prominence=prominence))
     assert humps["votes"][0] == votes.max()
     assert (np.diff(humps["votes"]) <= 0).all()
     assert (humps["votes"] >= prominence * votes.max() - 1e-9).all()
@@ -605,7 +299,7 @@ def test_the_first_hump_is_the_highest_and_humps_keep_apart(votes, separation, p
 def test_places_beyond_the_humps_are_the_best_cells_apart():
     votes = cones((9, 20), (4, 4, 9.0), (4, 15, 5.0))
     grid = GridMap(0, 0, 9, 20, 1.0)
-    places = choose_places(votes, grid, 4, separation=3)
+    places = choose_places(votes, grid, 4, rules=VoteRules(separation=3))
     assert cells_of(places)[:2] == [(4, 4), (4, 15)]
     assert places["votes"].tolist() == [9, 5, 6, 6]
     at = places[["row", "column"]].to_numpy()
@@ -616,10 +310,14 @@ def test_too_many_cameras_are_refused_with_the_number_of_places():
     votes = np.array([[5, 1, 0, 4, 0, 0, 3]])
     grid = GridMap(0, 0, 1, 7, 1.0)
     with pytest.raises(ArgumentError, match="n is 4, but only 3 allowed places"):
-        choose_places(votes, grid, 4, separation=2)
+        choose_places(votes, grid, 4, rules=VoteRules(separation=2))
     with pytest.raises(ArgumentError, match="n is 5, but only 4 allowed cells"):
-        choose_places(votes, grid, 5, separation=0)
-    assert choose_places(votes, grid, 3, separation=2)["votes"].tolist() == [5, 4, 3]
+        choose_places(votes, grid, 5, rules=VoteRules(separation=0))
+    assert choose_places(votes, grid, 3, rules=VoteRules(separation=2))["votes"].tolist() == [
+        5,
+        4,
+        3,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -629,25 +327,41 @@ def test_too_many_cameras_are_refused_with_the_number_of_places():
         ([[0, 2]], {"forbidden": [[False, True]]}, "none of them with votes"),
         ([[0, 0]], {}, "none of them with votes"),
         ([[1, 2]], {"forbidden": [[True], [False]]}, "forbidden has the shape"),
-        ([[1, 2]], {"forbidden": [[1, 0]]}, "forbidden has the shape"),
+        ([[1, 2]], {"forbidden": [[1, 0]]}, "forbidden is of int"),
         ([[1, np.nan]], {}, "finite"),
-        ([[1, -1]], {}, "negative"),
+        ([[1, -1]], {}, "votes is -1"),
         ([1, 2], {}, "votes has the shape"),
-        ([[1], [1, 2]], {}, "different lengths"),
-        ([["1", "2"]], {}, "votes has the shape"),
-        ([[1, 2]], {"separation": -1}, "separation"),
-        ([[1, 2]], {"separation": np.inf}, "separation"),
-        ([[1, 2]], {"prominence": 0}, "prominence"),
-        ([[1, 2]], {"prominence": 2}, "prominence"),
-        ([[1, 2]], {"smooth": np.nan}, "smooth"),
+        ([[1], [1, 2]], {}, "no number"),
+        ([["one", 2]], {}, "no number"),
         ([[1, 2]], {"n": 0}, "n is 0"),
         ([[1, 2]], {"n": 1.0}, r"n is 1\.0"),
     ],
 )
 def test_votes_that_give_no_places_are_refused(votes, options, word):
-    n = options.pop("n", 1)
+    options = {"n": 1, **options}
     with pytest.raises(ArgumentError, match=word):
-        choose_places(votes, GridMap(0, 0, 1, 2, 1.0), n, **options)
+        choose_places(votes, GridMap(0, 0, 1, 2, 1.0), **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"chaos_ratio": 0}, "chaos_ratio"),
+        ({"least_traces": 0}, "least_traces"),
+        ({"refine": "yes"}, "refine"),
+        ({"weights": "walkers"}, "weights"),
+        ({"use_band": None}, "use_band"),
+        ({"keep": -0.1}, "keep"),
+        ({"separation": -1}, "separation"),
+        ({"separation": np.inf}, "separation"),
+        ({"prominence": 0}, "prominence"),
+        ({"prominence": 2}, "prominence"),
+        ({"smooth": np.nan}, "smooth"),
+    ],
+)
+def test_rules_out_of_range_are_refused(options, word):
+    with pytest.raises(ArgumentError, match=word):
+        VoteRules(**options)
 
 
 # The whole chapter
@@ -658,7 +372,7 @@ def test_votes_that_give_no_places_are_refused(votes, options, word):
 def test_walks_around_a_point_vote_for_it(x, y, refine):
     grid = GridMap(0, 0, 24, 24, 0.5)
     walks = arcs(x, y, np.arange(5, 8, 0.2), 0, np.pi / 2)
-    placement = place_by_votes(table(*walks), grid, refine=refine)
+    placement = place_by_votes(table(*walks), grid, rules=VoteRules(refine=refine))
     assert len(placement.humps) == 1
     # The inmost perpendiculars, at 5 m, miss by 5·sin(π/16) m when the direction is off by
     # half a bin; digital lines are off by a cell.  Refined, only the latter remains.
@@ -672,7 +386,7 @@ def test_two_bends_have_two_humps(refine):
     grid = GridMap(0, 0, 24, 48, 0.5)
     radii = np.arange(5, 8, 0.2)
     walks = arcs(2, 2, radii, 0, np.pi / 2) + arcs(22, 2, radii, np.pi / 2, np.pi)
-    placement = place_by_votes(table(*walks), grid, n=2, refine=refine)
+    placement = place_by_votes(table(*walks), grid, n=2, rules=VoteRules(refine=refine))
     assert len(placement.humps) == 2
     places = placement.places.sort_values("x")
     miss = (0 if refine else 5 * np.sin(BIN / 2)) + grid.cell
@@ -696,7 +410,7 @@ def test_only_the_thinned_band_votes_when_asked():
     grid = GridMap(0, 0, 24, 24, 0.5)
     walks = table(*arcs(1, 1, np.arange(5, 8, 0.1), 0, np.pi / 2))
     whole = place_by_votes(walks, grid)
-    banded = place_by_votes(walks, grid, use_band=True)
+    banded = place_by_votes(walks, grid, rules=VoteRules(use_band=True))
     assert whole.band is None
     assert banded.votes.max() < whole.votes.max()
     assert not (banded.band & ~whole.cells.directed).any()
@@ -707,7 +421,11 @@ def test_angles_computed_once_serve_every_setting():
     grid = GridMap(0, 0, 24, 24, 0.5)
     walks = table(*arcs(1, 1, np.arange(5, 8, 0.2), 0, np.pi / 2))
     angles = orientations(walks, grid)
-    for options in ({"least_traces": 2}, {"weights": "traces"}, {"n": 3}):
+    for options in (
+        {"rules": VoteRules(least_traces=2)},
+        {"rules": VoteRules(weights="traces")},
+        {"n": 3},
+    ):
         pd.testing.assert_frame_equal(
             place_by_votes(None, grid, angles=angles, **options).places,
             place_by_votes(walks, grid, **options).places,
@@ -740,3 +458,21 @@ def test_what_is_no_grid_is_refused(grid):
 def test_what_is_no_cells_is_refused(call):
     with pytest.raises(ArgumentError, match="cells is a ndarray; pass what direct_cells gives"):
         call(np.zeros((3, 3)))
+
+
+def test_a_hump_s_error_is_that_of_the_worst_best_place():
+    humps = pd.DataFrame({"x": [0.0, 4.0], "y": [0.0, 3.0]})
+    assert hump_error(humps, [(0, 0), (4, 3)]) == 0
+    assert hump_error(humps, [(0, 1), (4, 5)]) == 2
+    assert hump_error(humps[:1], [(0, 0), (4, 3)]) == 5
+
+
+def test_shifted_grids_cover_the_same_ground_by_quarters_of_a_cell():
+    grid = GridMap(1.0, 2.0, 4, 6, 0.5)
+    grids = shifted_grids(grid)
+    assert len({(one.left, one.bottom) for one in grids}) == 16
+    for one in grids:
+        left, bottom, right, top = one.area
+        assert left <= 1.0 and bottom <= 2.0
+        assert right >= grid.area[2] and top >= grid.area[3]
+        assert (1.0 - left) % 0.125 == 0 and (2.0 - bottom) % 0.125 == 0
