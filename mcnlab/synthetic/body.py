@@ -150,7 +150,7 @@ class Body:
     lean: float = 4.0
     phase: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_number("stature", self.stature, above=0, unit="metres")
         require_number("build", self.build, above=0)
         require_number("cadence", self.cadence, above=0, unit="steps a second")
@@ -161,21 +161,21 @@ class Body:
         require_number("phase", self.phase)
 
     @property
-    def step_length(self):
+    def step_length(self) -> float:
         """Metres from one foot's contact to the other's."""
         return self.stature * _cycle(self.stride)[2] / 2
 
     @property
-    def speed(self):
+    def speed(self) -> float:
         """Mean walking speed, metres a second."""
         return self.step_length * self.cadence
 
-    def mirrored(self):
+    def mirrored(self) -> "Body":
         """The same walker with left and right exchanged."""
         return replace(self, phase=(self.phase + 0.5) % 1.0, arm_bias=-self.arm_bias)
 
 
-def draw_body(rng):
+def draw_body(rng: np.random.Generator) -> Body:
     """A body with a random build and gait.
 
     Parameters

@@ -65,7 +65,7 @@ class Corridor:
     stairs: tuple = (3.95, 2.8, 7.55)
     doors: tuple = (4.4, 7.2)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         left, bottom, right, top = check_area(self.area)
         for name, shape in (
             ("centres", (2, 2)),
@@ -99,12 +99,12 @@ class Corridor:
             )
 
     @property
-    def best_places(self):
+    def best_places(self) -> np.ndarray:
         """The bends' centres, shape (2, 2), metres: where perpendiculars meet."""
         return np.array(self.centres)
 
     @property
-    def walls(self):
+    def walls(self) -> np.ndarray:
         """Segments that block sight, shape (6, 2, 2): three outer walls, three of the stairs.
 
         The planter and the parapet are lower than any camera.
@@ -116,12 +116,12 @@ class Corridor:
         return np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in (outer, stairs)])
 
     @property
-    def inside(self):
+    def inside(self) -> tuple[float, float, float, float]:
         """Left, bottom, right, top of the floor, metres."""
         left, bottom, right, top = self.area
         return left + 0.05, bottom + 0.05, right - 0.05, top - 0.05
 
-    def mirrored(self):
+    def mirrored(self) -> "Corridor":
         """The same corridor with left and right exchanged."""
         width = self.area[0] + self.area[2]
         west, south, east = self.stairs
@@ -133,7 +133,7 @@ class Corridor:
         )
 
     @cached_property
-    def spine(self):
+    def spine(self) -> tuple[np.ndarray, np.ndarray]:
         """The planter's edge from the left arm's end to the right's, and its normals.
 
         Returns
@@ -172,7 +172,14 @@ def _require_numbers(name, value, shape):
         raise ArgumentError(f"{name} is {value!r}; pass finite numbers of shape {shape} (metres).")
 
 
-def make_corridor(corridor=None, *, walkers=150, seed=0, frame_rate=FRAME_RATE, per_minute=12.0):
+def make_corridor(
+    corridor: Corridor | None = None,
+    *,
+    walkers: int = 150,
+    seed: int = 0,
+    frame_rate: float = FRAME_RATE,
+    per_minute: float = 12.0,
+) -> Scene:
     """People walking in the corridor, their true feet.
 
     Of the walkers about 64 % go from one end to the other, in either sense; 16 % come or go
@@ -202,6 +209,12 @@ def make_corridor(corridor=None, *, walkers=150, seed=0, frame_rate=FRAME_RATE, 
     ------
     ArgumentError
         When an argument is impossible.
+
+    Examples
+    --------
+    >>> scene = make_corridor(walkers=5)
+    >>> scene.traces["trace"].nunique(), scene.frame_rate
+    (5, 10.0)
     """
     corridor = Corridor() if corridor is None else corridor
     walkers = require_count("walkers", walkers, low=1)

@@ -61,7 +61,7 @@ class Square:
     near: float = 6.0
     far: float = 20.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_count("frame_width", self.frame_width, low=1)
         require_count("frame_height", self.frame_height, low=1)
         require_number("focal_length", self.focal_length, above=0, unit="pixels")
@@ -81,7 +81,7 @@ class Square:
             frame_height=self.frame_height,
         )
 
-    def scaled(self, factor):
+    def scaled(self, factor: float) -> "Square":
         """The same camera with images `factor` times as large, to a whole pixel."""
         factor = require_number("factor", factor, above=0, high=1000)
         return replace(
@@ -94,14 +94,14 @@ class Square:
 
 def make_crossings(
     *,
-    people=40,
-    seconds=40.0,
-    frame_rate=25.0,
-    square=None,
-    turning=12.0,
-    box_noise=0.008,
-    seed=0,
-):
+    people: int = 40,
+    seconds: float = 40.0,
+    frame_rate: float = 25.0,
+    square: Square | None = None,
+    turning: float = 12.0,
+    box_noise: float = 0.008,
+    seed: int = 0,
+) -> Recording:
     """Boxes of people who cross a square.
 
     Parameters
@@ -136,6 +136,12 @@ def make_crossings(
         When a number is out of range, or there is too much to make.
     DatasetError
         When nobody comes into view.
+
+    Examples
+    --------
+    >>> made = make_crossings(people=5, seconds=10)
+    >>> made.frame_rate, made.frame_width, made.frame_height
+    (25.0, 640, 480)
     """
     people = require_count("people", people, low=1)
     seconds = require_number("seconds", seconds, above=0, unit="seconds")

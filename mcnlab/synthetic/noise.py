@@ -10,7 +10,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from mcnlab.checks import require_count, require_number
+from mcnlab.checks import require_count, require_kind, require_number
 from mcnlab.errors import ArgumentError
 
 # Where limbs are in the body's box: (left, top, right, bottom) as shares of its width and
@@ -68,7 +68,7 @@ class SegmentationNoise:
     missing: float = 0.0
     occluder: tuple | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_number("specks", self.specks, low=0, unit="specks a frame")
         require_number("holes", self.holes, low=0, unit="holes a frame")
         _require_sizes("speck_size", self.speck_size)
@@ -90,7 +90,7 @@ class SegmentationNoise:
             ):
                 require_count(f"occluder's {name}", value, low=low)
 
-    def scaled(self, level):
+    def scaled(self, level: float) -> "SegmentationNoise":
         """The same kind of noise, more or less of it.
 
         Parameters
@@ -119,7 +119,7 @@ class SegmentationNoise:
 CASIA_LIKE: Final = SegmentationNoise(specks=0.5, speck_size=(3, 8), holes=0.7, hole_size=(3, 8))
 
 
-def add_noise(masks, noise, *, seed):
+def add_noise(masks: np.ndarray, noise: SegmentationNoise, *, seed: int) -> np.ndarray:
     """Silhouettes with noise.
 
     Parameters
@@ -141,9 +141,16 @@ def add_noise(masks, noise, *, seed):
     ArgumentError
         When `masks` is no stack of binary images, or is smaller than a speck, or the
         occluder is outside the frame.
+
+    Examples
+    --------
+    >>> masks = np.zeros((2, 40, 30), np.uint8)
+    >>> masks[:, 10:30, 10:20] = 255
+    >>> noisy = add_noise(masks, SegmentationNoise(occluder=(0, 20, 30, 10)), seed=0)
+    >>> [int((mask > 0).sum()) for mask in (masks[0], noisy[0])]
+    [200, 100]
     """
-    if not isinstance(noise, SegmentationNoise):
-        raise ArgumentError(f"noise is {noise!r}; pass a SegmentationNoise.")
+    require_kind("noise", noise, SegmentationNoise, "a SegmentationNoise")
     require_count("seed", seed)
     _require_masks(masks)
     n, height, width = masks.shape

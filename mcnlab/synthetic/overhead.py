@@ -5,6 +5,7 @@ drawn as a dozen thick strokes each, sized and placed by perspective, on a textu
 with shadows, flicker and sensor noise.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final, NamedTuple
@@ -68,8 +69,15 @@ class RenderedCorridor:
 
 
 def render_corridor(
-    corridor=None, camera=None, *, walkers=40, seed=0, start=0.0, seconds=None, noise=2.0
-):
+    corridor: Corridor | None = None,
+    camera: Camera | None = None,
+    *,
+    walkers: int = 40,
+    seed: int = 0,
+    start: float = 0.0,
+    seconds: float | None = None,
+    noise: float = 2.0,
+) -> RenderedCorridor:
     """A video of people in the corridor, with truth.
 
     Parameters
@@ -94,6 +102,12 @@ def render_corridor(
     ------
     ArgumentError
         When an argument is impossible or nobody is there in that time.
+
+    Examples
+    --------
+    >>> film = render_corridor(walkers=2, seconds=1)
+    >>> film.frames.shape, film.frame_rate
+    ((10, 216, 384), 10.0)
     """
     corridor = Corridor() if corridor is None else corridor
     camera = TOP_FLOOR if camera is None else camera
@@ -131,7 +145,16 @@ def render_corridor(
     )
 
 
-def render_frames(scene, camera=None, corridor=None, *, start=0, stop=None, noise=2.0, seed=0):
+def render_frames(
+    scene: Scene,
+    camera: Camera | None = None,
+    corridor: Corridor | None = None,
+    *,
+    start: int = 0,
+    stop: int | None = None,
+    noise: float = 2.0,
+    seed: int = 0,
+) -> Iterator[np.ndarray]:
     """Draw a scene's walkers in the corridor, frame by frame.
 
     A walker is a dozen thick strokes, placed and sized by perspective, with swinging legs and

@@ -45,7 +45,7 @@ MOTIONS: Final = MappingProxyType(
 )
 
 
-def make_motion(name, *, shape=(240, 320), seed=0):
+def make_motion(name: str, *, shape: tuple[int, int] = (240, 320), seed: int = 0) -> MadeMotion:
     """A textured picture, moved.
 
     Parameters

@@ -39,7 +39,7 @@ class Street(NamedTuple):
     recording: Recording
     cut_outs: dict  # sequence → list of masks, one a frame, each as large as its box
 
-    def masks(self, name):
+    def masks(self, name: str) -> np.ndarray:
         """The silhouettes of one walk, shape (frames, height, width), uint8."""
         rows = self.recording.sequence(name)
         size = self.recording.frame_height, self.recording.frame_width
@@ -50,7 +50,9 @@ class Street(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def make_street(*, brisk=3, dawdlers=5, seed=5, view=STREET):
+def make_street(
+    *, brisk: int = 3, dawdlers: int = 5, seed: int = 5, view: Camera = STREET
+) -> Street:
     """People on a wide street: some walk briskly past, some dawdle in the distance.
 
     Parameters
@@ -74,6 +76,12 @@ def make_street(*, brisk=3, dawdlers=5, seed=5, view=STREET):
     ------
     ArgumentError
         When a number is not a count, or the view does not show a walker whole.
+
+    Examples
+    --------
+    >>> street = make_street(brisk=1, dawdlers=0)
+    >>> list(street.recording.sequences)
+    ['s01-d2', 's01-d3', 's01-d6', 's01-d7']
     """
     require_count("brisk", brisk, low=1)
     require_count("dawdlers", dawdlers)
