@@ -27,7 +27,7 @@ Radii are those of a clothed adult, set by eye against recorded silhouettes.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -116,7 +116,7 @@ class Walk:
     pace_wobble: float = 0.0
     pace_phase: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_number("heading", self.heading, unit="degrees")
         require_number("x", self.x, unit="metres")
         require_number("y", self.y, unit="metres")
@@ -126,7 +126,7 @@ class Walk:
         require_number("pace_phase", self.pace_phase)
 
     @property
-    def axes(self):
+    def axes(self) -> np.ndarray:
         """Unit vectors (x, y, z) to the walker's right, up and forward, shape (3, 3)."""
         sine, cosine = math.sin(math.radians(self.heading)), math.cos(math.radians(self.heading))
         return np.array([[cosine, -sine, 0.0], [0.0, 0.0, 1.0], [sine, cosine, 0.0]])
@@ -157,12 +157,12 @@ class SyntheticWalk:
     truth: pd.DataFrame
 
     @property
-    def heading(self):
+    def heading(self) -> float:
         """Degrees clockwise from "away"."""
         return self.walk.heading
 
     @property
-    def direction(self):
+    def direction(self) -> int:
         """The nearest of the eight directions, 1 … 8."""
         return int(direction_of(self.walk.heading))
 
@@ -187,7 +187,7 @@ class _Image:
     view: Camera
 
     @cached_property
-    def clearance(self):
+    def clearance(self) -> np.ndarray:
         """How far the body is inside the frame, pixels; negative where the edge cuts it."""
         reach = self.radii[..., None]
         limit = np.array([self.view.frame_width, self.view.frame_height]) - 0.5
@@ -196,7 +196,7 @@ class _Image:
         return np.where(self.too_near, -np.inf, np.minimum(low, high))
 
 
-def walk_joints(body, walk):
+def walk_joints(body: Body, walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     """Where a walker's joints are.
 
     Parameters
@@ -214,7 +214,15 @@ def walk_joints(body, walk):
     return _move(body, walk).joints, _radii(body)
 
 
-def render_walk(body, walk, view=None, *, drop_limbs=(), name="walk", subject="walker"):
+def render_walk(
+    body: Body,
+    walk: Walk,
+    view: Camera | None = None,
+    *,
+    drop_limbs: Iterable[str] = (),
+    name: str = "walk",
+    subject: str = "walker",
+) -> tuple[np.ndarray, pd.DataFrame]:
     """Silhouettes of a walk, and the truth about it.
 
     Parameters
@@ -271,20 +279,20 @@ def render_walk(body, walk, view=None, *, drop_limbs=(), name="walk", subject="w
 
 
 def make_walk(
-    body,
+    body: Body,
     *,
-    heading,
-    view=None,
-    distance=6.0,
-    offset=0.0,
-    n_frames=None,
-    max_frames=_MAX_FRAMES,
-    farthest=50.0,
-    frame_rate=25.0,
-    pace_wobble=0.0,
-    name="walk",
-    subject="walker",
-):
+    heading: float,
+    view: Camera | None = None,
+    distance: float = 6.0,
+    offset: float = 0.0,
+    n_frames: int | None = None,
+    max_frames: int = _MAX_FRAMES,
+    farthest: float = 50.0,
+    frame_rate: float = 25.0,
+    pace_wobble: float = 0.0,
+    name: str = "walk",
+    subject: str = "walker",
+) -> SyntheticWalk:
     """One walk past a given place.
 
     Parameters
@@ -354,16 +362,16 @@ def make_walk(
 
 def make_walks(
     *,
-    subjects,
-    directions=DIRECTIONS,
-    seed,
-    view=None,
-    repeats=1,
-    distances=DISTANCES,
-    frame_rate=25.0,
-    pace_wobble=0.02,
-    spread=0.0,
-):
+    subjects: int,
+    directions: Iterable[int] = DIRECTIONS,
+    seed: int,
+    view: Camera | None = None,
+    repeats: int = 1,
+    distances: Mapping = DISTANCES,
+    frame_rate: float = 25.0,
+    pace_wobble: float = 0.02,
+    spread: float = 0.0,
+) -> list[SyntheticWalk]:
     """A data set of walks, each wholly inside the frame.
 
     Parameters
@@ -399,6 +407,12 @@ def make_walks(
     ------
     ArgumentError
         When `distances` puts a walker where the frame does not show the whole body.
+
+    Examples
+    --------
+    >>> walks = make_walks(subjects=1, directions=(3,), seed=1)
+    >>> walks[0].name, walks[0].masks.shape[1:]
+    ('s01-d3_1', (240, 352))
     """
     require_count("subjects", subjects, low=1)
     require_count("repeats", repeats, low=1)

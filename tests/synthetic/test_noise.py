@@ -196,7 +196,7 @@ def test_black_frames_are_left_alone():
         (lambda masks: SegmentationNoise(occluder=(0, 0, 5)), "occluder is"),
         (lambda masks: SegmentationNoise(occluder=(0, 0, 0, 5)), "occluder's width is 0"),
         (lambda masks: CASIA_LIKE.scaled(-1), "level is -1"),
-        (lambda masks: add_noise(masks, None, seed=1), "noise is None"),
+        (lambda masks: add_noise(masks, None, seed=1), "noise is a NoneType"),
         (lambda masks: add_noise(masks, CASIA_LIKE, seed=-1), "seed is -1"),
         (lambda masks: add_noise(masks[0], CASIA_LIKE, seed=1), "masks is uint8 of shape"),
         (lambda masks: add_noise(masks > 0, CASIA_LIKE, seed=1), "masks is bool"),
