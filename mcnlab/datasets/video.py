@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -138,6 +139,7 @@ def open_video(
     >>> video.width, video.height, len(video)
     (32, 24, 3)
     """
+    path: Any  # or what an array is called
     if isinstance(source, np.ndarray):
         if source.dtype != np.uint8 or source.ndim not in (3, 4) or 0 in source.shape:
             raise ArgumentError(
