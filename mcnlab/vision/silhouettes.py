@@ -149,7 +149,8 @@ def measure_sequence(
     for number, mask in enumerate(masks, start=1):
         numbers.append(number)
         try:
-            fragments, chosen = _find_walker(*_check_window(mask), min_area=min_area)
+            checked, window = _check_window(mask)
+            fragments, chosen = _find_walker(checked, window, min_area)
         except SilhouetteError as reason:
             fault = reason
             continue
