@@ -39,6 +39,8 @@ FILES = {
 }
 
 
+TESTS = PACKAGE.parent / "tests"
+OF_THE_WHOLE = {"house", "face", "notebooks", "readme", "real_data"}
 DRAWING = ("plotting", "figures", "widgets")
 TOOLS = {"style", "registry", "panel"}  # of the drawing rooms
 
@@ -90,6 +92,15 @@ def test_importing_the_package_imports_nothing_heavy():
     ).stdout.split()
     assert "mcnlab" in held
     assert not {"numpy", "pandas", "cv2", "scipy", "sklearn", "matplotlib"} & set(held)
+
+
+def test_tests_mirror_the_package():
+    for path in TESTS.rglob("test_*.py"):
+        inner = path.relative_to(TESTS)
+        if inner.parts[0] == "bench":
+            continue
+        module = ".".join((*inner.parts[:-1], path.stem.removeprefix("test_")))
+        assert module in FILES or module in OF_THE_WHOLE, inner
 
 
 def test_drawing_modules_are_named_after_what_they_draw():
