@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.registry import FORESEE, figure
@@ -59,7 +60,7 @@ def _ids(*measures, methods=METHODS):
         *(f"occlusion.mean.gain.{method}.f1" for method in METHODS if method != DEFAULT),
     ),
 )
-def scores(judged):
+def scores(judged) -> Figure:
     """Who foresees occlusion best.
 
     F1 and average precision of every forecaster on every recording.
@@ -83,7 +84,7 @@ def scores(judged):
 
 
 @figure("foresight-curves", notebook=FORESEE, ids=_ids("ap", methods=METHODS[1:]))
-def curves(judged):
+def curves(judged) -> Figure:
     """Precision against recall.
 
     Precision against recall, one picture a recording, with the thresholds' points.
@@ -110,7 +111,7 @@ def curves(judged):
 @figure(
     "foresight-calibration", notebook=FORESEE, ids=_ids("calibration_error", methods=METHODS[1:])
 )
-def calibration(judged):
+def calibration(judged) -> Figure:
     """Does what is said to be likely happen as often?
 
     Reliability of the forecasters that say a probability, one picture a recording.
@@ -137,7 +138,7 @@ def calibration(judged):
 
 
 @figure("foresight-errors", notebook=FORESEE, ids=_ids("time_error_s", "place_error"))
-def errors(judged):
+def errors(judged) -> Figure:
     """How far off are time and place?
 
     Errors of time and place over true positives: medians, intervals and middle halves.
@@ -174,7 +175,7 @@ def errors(judged):
 
 
 @figure("learned-table", notebook=FORESEE)
-def learned_table(experience, *, least=LEAST):
+def learned_table(experience, *, least=LEAST) -> Figure:
     """The thesis's tables and what experience says.
 
     Table 3.1 with Tables 3.2 and 3.3 below, and beside them the same, counted.
@@ -224,10 +225,10 @@ def learned_table(experience, *, least=LEAST):
             mean = held.occluding.sum() / held.pairs.sum()
             counted = [held.by_direction(), *(held.by_speed(side) for side in SIDES)]
             top = max((most_of(*both, least=least) for both in counted), default=mean)
-            for ax, both, ruled in zip(
+            for ax, (n, hits), ruled in zip(
                 (large, *small), counted, (rule, *speeds.values()), strict=True
             ):
-                plot_shares_by_cell(*both, ruled, mean=mean, least=least, top=top, ax=ax)
+                plot_shares_by_cell(n, hits, ruled, mean=mean, least=least, top=top, ax=ax)
             large.set_title(f"{shorten(title, 22)}: mean {100 * mean:.1f} %", fontsize=10)
             bars.append((large, grid[2, 2 * column : 2 * column + 2]))
         large.set(xlabel="D(S2), on the right", ylabel="D(S1), on the left")
@@ -247,7 +248,7 @@ def learned_table(experience, *, least=LEAST):
 
 
 @figure("foresight-pair", notebook=FORESEE)
-def pair(recording, pairs, number, forecasts, *, thresholds=None):
+def pair(recording, pairs, number, forecasts, *, thresholds=None) -> Figure:
     """One pair: what was seen, what was foreseen, what happened.
 
     Four moments of one pair, and how much the two cover each other over time.

@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.registry import SQUARE, figure
@@ -16,7 +17,7 @@ VIEWS = {0: "σ = 0, frontal", 45: "σ = π/4", 90: "σ = π/2, square-on"}
 
 
 @figure("2.1", section="2.1", notebook=SQUARE)
-def gait_cycle(masks, *, frame_rate, count=9):
+def gait_cycle(masks, *, frame_rate, count=9) -> Figure:
     """A complete gait cycle.
 
     Figure 2.1: silhouettes over two steps, evenly spaced in time.
@@ -70,7 +71,7 @@ def gait_cycle(masks, *, frame_rate, count=9):
         "gait.casia-a.square-on.detectable",
     ),
 )
-def widths(recording, made, truth):
+def widths(recording, made, truth) -> Figure:
     """Box width from three view angles.
 
     Figure 2.2: a real walker (above) and a synthetic one (below) from 0, π/4 and π/2.
@@ -108,7 +109,7 @@ def widths(recording, made, truth):
 
 
 @figure("rhythm", notebook=SQUARE)
-def rhythm(recording):
+def rhythm(recording) -> Figure:
     """The rhythm by autocorrelation.
 
     Autocorrelation of width over height of one real walk from each view angle.
@@ -142,7 +143,7 @@ def rhythm(recording):
         "gait.synthetic.right.45",
     ),
 )
-def view_angles(clean, noisy, cut, real):
+def view_angles(clean, noisy, cut, real) -> Figure:
     """How the gait fades as the camera leaves the side.
 
     Rhythm and its detection against the view angle: synthetic, with noise, and real.

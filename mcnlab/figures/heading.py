@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from mcnlab.figures.registry import READ, figure
 from mcnlab.plotting.style import INK, PALE, UPPER
@@ -17,7 +18,7 @@ from mcnlab.walking.evaluation import truth_of
 
 
 @figure("geometry", notebook=READ)
-def geometry():
+def geometry() -> Figure:
     """The body as a ruler.
 
     A pinhole camera from the side: two places of one walker.
@@ -62,7 +63,7 @@ def geometry():
 
 
 @figure("horizon", notebook=READ)
-def horizons(level_boxes, level_camera, high_boxes, high_camera):
+def horizons(level_boxes, level_camera, high_boxes, high_camera) -> Figure:
     """The horizon from the walkers.
 
     Box height against foot row for a level and a high camera.
@@ -96,7 +97,7 @@ def horizons(level_boxes, level_camera, high_boxes, high_camera):
         "direction.perspective.mae_deg",
     ),
 )
-def heading_errors(recording, errors_by_window):
+def heading_errors(recording, errors_by_window) -> Figure:
     """Heading errors.
 
     Signed heading errors by true direction, for each window length.
@@ -124,7 +125,7 @@ def heading_errors(recording, errors_by_window):
 
 
 @figure("focal-length", notebook=READ, ids=("direction.perspective.focal_length_from_pace",))
-def focal_lengths(lengths, right, error, from_pace):
+def focal_lengths(lengths, right, error, from_pace) -> Figure:
     """How much the focal length matters.
 
     Accuracy and mean error against the focal length assumed.
@@ -155,7 +156,7 @@ def focal_lengths(lengths, right, error, from_pace):
     notebook=READ,
     ids=("direction.perspective.direction8.1s", "direction.perspective.direction8.0.5s"),
 )
-def window_lengths(seconds, estimates):
+def window_lengths(seconds, estimates) -> Figure:
     """How long one must look.
 
     Accuracy against window length.
@@ -173,7 +174,7 @@ def window_lengths(seconds, estimates):
 
 
 @figure("calibration", notebook=READ, ids=("direction.perspective.synthetic.coverage95",))
-def calibrated(levels, estimates):
+def calibrated(levels, estimates) -> Figure:
     """Are the intervals honest?
 
     Share of true headings inside the interval against its nominal level.
@@ -196,7 +197,7 @@ def calibrated(levels, estimates):
 
 
 @figure("noise", notebook=READ, ids=("direction.perspective.synthetic.noise1",))
-def under_noise(levels, estimates):
+def under_noise(levels, estimates) -> Figure:
     """Accuracy under segmentation noise.
 
     Accuracy against noise level, three methods, synthetic walkers.
@@ -220,7 +221,7 @@ def under_noise(levels, estimates):
         "direction.perspective.pets.mae_deg",
     ),
 )
-def pets(headings):
+def pets(headings) -> Figure:
     """Outdoors, from above: PETS 2009.
 
     Heading from boxes against the true one, one-second windows.

@@ -3,6 +3,7 @@
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from mcnlab.compass import DIRECTIONS, NAMES
 from mcnlab.figures.registry import TABULATE, figure
@@ -25,7 +26,7 @@ _PAINT = mpl.colors.ListedColormap(["white", "#b7b7f5", "#f3c3ab", "#4a4a4a"])
 
 
 @figure("table-3.1", section="3.3.1", notebook=TABULATE, ids=("occlusion.tables.cells_equal",))
-def direction_table():
+def direction_table() -> Figure:
     """What two directions say.
 
     Claim
@@ -42,7 +43,7 @@ def direction_table():
 
 
 @figure("table-3.2", section="3.3.1", notebook=TABULATE, ids=("occlusion.tables.cells_equal",))
-def speed_table_right():
+def speed_table_right() -> Figure:
     """What two speed levels say, both going right.
 
     Claim
@@ -59,7 +60,7 @@ def speed_table_right():
 
 
 @figure("table-3.3", section="3.3.1", notebook=TABULATE, ids=("occlusion.tables.cells_equal",))
-def speed_table_left():
+def speed_table_left() -> Figure:
     """What two speed levels say, both going left.
 
     Claim
@@ -76,7 +77,7 @@ def speed_table_left():
 
 
 @figure("3.14", section="3.5", notebook=TABULATE, ids=("occlusion.cases.right",))
-def cases_of_casia(judged, sources):
+def cases_of_casia(judged, sources) -> Figure:
     """Cases of occlusion: two walks in one frame.
 
     Figure 3.14: the start, the decision and what really happens.
@@ -106,7 +107,7 @@ def cases_of_casia(judged, sources):
     notebook=TABULATE,
     ids=("occlusion.cases.right", "occlusion.cases.street.right"),
 )
-def cases_of_speed(judged, sources):
+def cases_of_speed(judged, sources) -> Figure:
     """Cases of occlusion and of none.
 
     Figure 3.15: the start, the decision and what really happens; see Figure 3.14.
@@ -128,7 +129,7 @@ def cases_of_speed(judged, sources):
     notebook=TABULATE,
     ids=("occlusion.tables.right", "occlusion.tables.precision", "occlusion.tables.recall"),
 )
-def table_errors(counts):
+def table_errors(counts) -> Figure:
     """Where the tables err.
 
     The 8×8 table of what happened, and of how often the tables and equations were wrong.
@@ -191,7 +192,7 @@ def _cases(judged, sources):
     return figure
 
 
-def draw_case(row, recording, axes):
+def draw_case(row, recording, axes) -> None:
     """One case: the first frame with both, the decision, and what really happens.
 
     Parameters

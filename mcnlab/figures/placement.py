@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from mcnlab.cameras.visibility import square_on
 from mcnlab.figures.registry import EXACT, VOTE, figure
@@ -30,7 +31,7 @@ from mcnlab.tables import FRAME, TRACE, X, Y
 
 
 @figure("2.3", section="2.2.1", notebook=VOTE)
-def loci(scene, grid):
+def loci(scene, grid) -> Figure:
     """Loci of those who walk.
 
     Figure 2.3: every trace over the cells of the grid.
@@ -51,7 +52,7 @@ def loci(scene, grid):
 
 
 @figure("2.4", section="2.2.2", notebook=VOTE)
-def patterns():
+def patterns() -> Figure:
     """The angle of a pattern of pixels.
 
     Figure 2.4: strokes at the eight bins' centres and patterns without an angle.
@@ -74,7 +75,7 @@ def patterns():
 @figure(
     "2.5", section="2.2.2", notebook=VOTE, ids=("placement.pets.directed", "placement.pets.chaos")
 )
-def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
+def kinds_of_cells(scene, grid, placed, *, chaos_ratio) -> Figure:
     """Three kinds of cells.
 
     Figure 2.5: (a) a directed cell, (b) a chaos cell, (c) one without a locus.
@@ -109,7 +110,7 @@ def kinds_of_cells(scene, grid, placed, *, chaos_ratio):
 
 
 @figure("2.6", section="2.2.3–2.2.4", notebook=VOTE)
-def path_band(scene, grid, placed):
+def path_band(scene, grid, placed) -> Figure:
     """From path band to places.
 
     Figure 2.6: (a) the band and its growth, (b) votes, (c) the places.
@@ -142,12 +143,12 @@ def path_band(scene, grid, placed):
         ls="",
         label="camera place",
     )
-    cells_legend(axes[2], loc="center left", bbox_to_anchor=(1.0, 0.5))
+    cells_legend(axes[2], loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
     return figure
 
 
 @figure("2.10", section="2.3", notebook=VOTE)
-def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
+def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15) -> Figure:
     """A cell and its histogram.
 
     Figure 2.10: a directed cell with about so many walks.
@@ -181,7 +182,7 @@ def sample_cell(scene, grid, placed, *, chaos_ratio, walks=15):
     notebook=VOTE,
     ids=("placement.corridor.humps", "placement.corridor.hump_error_m"),
 )
-def mesh(scene, grid, placed):
+def mesh(scene, grid, placed) -> Figure:
     """The mesh of votes and its humps.
 
     Figure 2.11: votes as a mesh, and the same from above.
@@ -202,7 +203,7 @@ def mesh(scene, grid, placed):
 
 
 @figure("votes-on-real-people", notebook=VOTE, ids=("placement.pets.humps",))
-def real_votes(scene, grid, placed):
+def real_votes(scene, grid, placed) -> Figure:
     """Votes of real people.
 
     Traces, cells and votes of a real scene.
@@ -257,7 +258,7 @@ def _draw_cell(scene, grid, cell, *, ax):
 
 
 @figure("plans", notebook=EXACT)
-def plans(site, chosen):
+def plans(site, chosen) -> Figure:
     """Four ways to place the same cameras.
 
     One map a method: its cameras, and the walker-seconds they see square-on.
@@ -310,7 +311,7 @@ def plans(site, chosen):
         "placement.pets.exact.square_on",
     ),
 )
-def price_of_voting(shares):
+def price_of_voting(shares) -> Figure:
     """The price of voting.
 
     Held-out shares of every method on every scene, with intervals over walkers.
@@ -326,7 +327,7 @@ def price_of_voting(shares):
 
 
 @figure("how-many-cameras", notebook=EXACT, ids=("placement.corridor.fewest_for_0.6",))
-def how_many(tables, *, required):
+def how_many(tables, *, required) -> Figure:
     """How many cameras?
 
     Held-out share against the number of cameras, one panel a scene.
@@ -371,7 +372,7 @@ def how_many(tables, *, required):
 
 
 @figure("demands", notebook=EXACT, ids=("placement.demands.largest_gap",))
-def demands(site, variants):
+def demands(site, variants) -> Figure:
     """Other demands on the same program.
 
     Exact choices under other demands, one map each.
@@ -417,7 +418,7 @@ def demands(site, variants):
         "control.corridor.lagging_share",
     ),
 )
-def master_and_slaves(log, limits, lost, *, seconds=(60, 180)):
+def master_and_slaves(log, limits, lost, *, seconds=(60, 180)) -> Figure:
     """Master and slaves.
 
     Which camera is awake when, how fast each must pan, and what a slower one loses.

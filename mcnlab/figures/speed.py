@@ -1,6 +1,7 @@
 """The figures of section 3.2.2: apparent speed, and what "apparent" costs."""
 
 import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 from mcnlab.figures.registry import SPEED, figure
 from mcnlab.plotting.speed import plot_by_distance, plot_by_level, plot_law, plot_levels
@@ -8,7 +9,7 @@ from mcnlab.walking.speed import FAST, PASSING, SLOW
 
 
 @figure("apparent-law", notebook=SPEED)
-def law(slow=SLOW, fast=FAST):
+def law(slow=SLOW, fast=FAST) -> Figure:
     """One walker, three levels.
 
     p against distance for three true speeds, over the levels.
@@ -40,7 +41,7 @@ def law(slow=SLOW, fast=FAST):
         "speed.tud.body_heights.v2_faster_than_v3",
     ),
 )
-def true_speeds(tables, medians):
+def true_speeds(tables, medians) -> Figure:
     """True speed within each level.
 
     True speeds by level, one picture a place.
@@ -75,7 +76,7 @@ def true_speeds(tables, medians):
         "speed.tud.body_heights.sideways_slope",
     ),
 )
-def against_distance(tables):
+def against_distance(tables) -> Figure:
     """What distance does to speed, and what is left of it in body heights.
 
     Sideways speed over true sideways speed, against distance; a row a place.
@@ -128,7 +129,7 @@ def against_distance(tables):
         "speed.casia-a.d7.v3",
     ),
 )
-def casia_levels(directions, level):
+def casia_levels(directions, level) -> Figure:
     """The levels that CASIA A's walks get.
 
     Shares of the levels among the windows of each true direction.

@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
 from mcnlab.cameras.homography import project
@@ -16,7 +17,7 @@ WHEEL = 64  # pixels
 
 
 @figure("2.7", section="2.3", notebook=ABOVE)
-def corridor_sequence(frames, *, frame_rate, count=6):
+def corridor_sequence(frames, *, frame_rate, count=6) -> Figure:
     """Corridor sequence.
 
     Figure 2.7: frames of the sequence, evenly spaced.
@@ -38,7 +39,7 @@ def corridor_sequence(frames, *, frame_rate, count=6):
 
 
 @figure("2.8", section="2.3", notebook=ABOVE)
-def flow_to_feet(frame, motion, mask, feet):
+def flow_to_feet(frame, motion, mask, feet) -> Figure:
     """From optical flow to the bottom of the silhouette.
 
     Figure 2.8: (a) a frame, (b) its flow, (c) moving silhouettes and their feet.
@@ -59,7 +60,7 @@ def flow_to_feet(frame, motion, mask, feet):
 
 
 @figure("finders", notebook=ABOVE)
-def finders(frame, motions, masks):
+def finders(frame, motions, masks) -> Figure:
     """Ways to find who moves.
 
     The same frame by every flow, and the silhouettes by every finder.
@@ -105,7 +106,7 @@ def finders(frame, motions, masks):
         "placement.corridor.horn-schunck.median_error_m",
     ),
 )
-def traces_on_map(frame, homography, traces, truth, grid):
+def traces_on_map(frame, homography, traces, truth, grid) -> Figure:
     """Traces over the view and on the grid map.
 
     Figure 2.9: traces over the overhead view, and on the grid map beside the truth.
@@ -150,7 +151,7 @@ def traces_on_map(frame, homography, traces, truth, grid):
     notebook=ABOVE,
     ids=("flow.turning.horn-schunck.epe", "flow.turning.farneback.epe"),
 )
-def flow_errors(errors, examples):
+def flow_errors(errors, examples) -> Figure:
     """End-point errors.
 
     Errors of every method on every sequence; a flow and its truth.
@@ -207,7 +208,7 @@ def flow_errors(errors, examples):
         for name in ("recall", "precision", "median_error_m")
     ),
 )
-def pets_traces(points, scores):
+def pets_traces(points, scores) -> Figure:
     """Real people on the ground.
 
     PETS 2009: traces by two finders, and how they score.

@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from mcnlab.compass import DIRECTIONS
 from mcnlab.datasets.mirror import SUFFIX
@@ -28,7 +29,7 @@ from mcnlab.walking.evaluation import truth_of
 
 
 @figure("3.2", section="3.2.1", notebook=START)
-def directions():
+def directions() -> Figure:
     """Eight directions of motion.
 
     Claim
@@ -45,7 +46,7 @@ def directions():
 
 
 @figure("mirror", notebook=MIRROR, ids=("casia-a.videos", "casia-a.videos_per_direction"))
-def mirroring(recording, mirrored):
+def mirroring(recording, mirrored) -> Figure:
     """Mirroring makes eight directions out of six.
 
     Videos a direction before and after mirroring, and one walk beside its mirror image.
@@ -85,7 +86,7 @@ def mirroring(recording, mirrored):
 
 
 @figure("3.3", section="3.2.1", notebook=TRACE)
-def box_patterns(recording, *, subject=None):
+def box_patterns(recording, *, subject=None) -> Figure:
     """How a walker's box changes.
 
     Figure 3.3: boxes in each of the eight directions, of one subject if given.
@@ -112,7 +113,7 @@ def box_patterns(recording, *, subject=None):
 
 
 @figure("3.4", section="3.2.1", notebook=TRACE)
-def height_curves(recording, *, subject=None):
+def height_curves(recording, *, subject=None) -> Figure:
     """Height against frame number.
 
     Figure 3.4: four directions.
@@ -129,7 +130,7 @@ def height_curves(recording, *, subject=None):
 
 
 @figure("3.5", section="3.2.1", notebook=TRACE)
-def width_curves(recording, *, subject=None):
+def width_curves(recording, *, subject=None) -> Figure:
     """Width against frame number.
 
     Figure 3.5: four directions.
@@ -146,7 +147,7 @@ def width_curves(recording, *, subject=None):
 
 
 @figure("3.6", section="3.2.1 (a)", notebook=TRACE)
-def rectified_frames(first, second):
+def rectified_frames(first, second) -> Figure:
     """Frame rectification and removal of unwanted blobs.
 
     Figure 3.6: two sequences of masks as they come, and mended.
@@ -170,7 +171,7 @@ def rectified_frames(first, second):
 
 
 @figure("3.7", section="3.2.1 (b)", notebook=TRACE)
-def tracked_frames(masks):
+def tracked_frames(masks) -> Figure:
     """Morphological operations and tracking.
 
     Figure 3.7: noise removed and closed above, boxed below.
@@ -193,7 +194,7 @@ def tracked_frames(masks):
 
 
 @figure("3.8", section="3.2.1 (c)", notebook=TRACE)
-def envelope(walk, **thresholds):
+def envelope(walk, **thresholds) -> Figure:
     """Envelope over the plot.
 
     Claim
@@ -210,7 +211,7 @@ def envelope(walk, **thresholds):
 
 
 @figure("3.9", section="3.2.1 (c)", notebook=TRACE)
-def soft_extrema(walk, **thresholds):
+def soft_extrema(walk, **thresholds) -> Figure:
     """Detection and removal of soft extrema.
 
     Figure 3.9: (a) with soft extrema, (b) without.
@@ -237,7 +238,7 @@ def soft_extrema(walk, **thresholds):
 
 
 @figure("3.10", section="3.2.1 (c)", notebook=TRACE)
-def average_line(walk, **thresholds):
+def average_line(walk, **thresholds) -> Figure:
     """Envelope and average line.
 
     Figure 3.10: (a) envelope, (b) the average line with it.
@@ -260,7 +261,7 @@ def average_line(walk, **thresholds):
 
 
 @figure("3.11", section="3.2.1 (d)", notebook=TRACE)
-def near_and_far(recording, **thresholds):
+def near_and_far(recording, **thresholds) -> Figure:
     """Near and far in one direction.
 
     Figure 3.11: the tallest and the smallest walker in direction 3.
@@ -292,7 +293,7 @@ def near_and_far(recording, **thresholds):
     notebook=SEPARATE,
     ids=("direction.height.phase5.resubstitution", "direction.height.phase5.loso"),
 )
-def phases_by_height(recording, measured):
+def phases_by_height(recording, measured) -> Figure:
     """Directions by height.
 
     Figure 3.12: m_h against video.
@@ -310,7 +311,7 @@ def phases_by_height(recording, measured):
     notebook=SEPARATE,
     ids=("direction.width.phase5.resubstitution", "direction.width.phase5.loso"),
 )
-def phases_by_width(recording, measured):
+def phases_by_width(recording, measured) -> Figure:
     """Directions by width.
 
     Figure 3.13: m_w against video.
@@ -327,7 +328,7 @@ def phases_by_width(recording, measured):
     notebook=SEPARATE,
     ids=("direction.height.phase5.best_of_sweep", "direction.width.phase5.best_of_sweep"),
 )
-def thresholds(sweep, claims):
+def thresholds(sweep, claims) -> Figure:
     """What the rules for extrema could have given.
 
     Resubstitution against prominence, one line a spacing and soft rule.
@@ -364,7 +365,7 @@ def thresholds(sweep, claims):
 
 
 @figure("growth", notebook=SEPARATE, ids=("direction.height-growth.phase5.loso",))
-def phases_by_growth(recording, space):
+def phases_by_growth(recording, space) -> Figure:
     """The relative growth of height.
 
     Relative growth against video, with its separators.
@@ -377,7 +378,7 @@ def phases_by_growth(recording, space):
 
 
 @figure("slope", notebook=SEPARATE)
-def slope_and_distance(recording, measured, space):
+def slope_and_distance(recording, measured, space) -> Figure:
     """Why the slope depends on distance.
 
     Raw slope and relative growth against mean box height, walks along the view.
@@ -414,7 +415,7 @@ def slope_and_distance(recording, measured, space):
 
 
 @figure("phase-space", notebook=SEPARATE, ids=("direction.phase-space.direction8.loso",))
-def phase_space(recording, space):
+def phase_space(recording, space) -> Figure:
     """Eight directions in the phase space.
 
     Sideways speed against relative growth.
@@ -429,7 +430,7 @@ def phase_space(recording, space):
 
 
 @figure("walkers", notebook=START)
-def walkers(made, recording, real=None):
+def walkers(made, recording, real=None) -> Figure:
     """Synthetic walkers beside real ones.
 
     Synthetic silhouettes (and real ones if given) over their height and width curves.

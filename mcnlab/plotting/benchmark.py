@@ -37,7 +37,7 @@ _HALO = (withStroke(linewidth=3.6, foreground="white"),)
 _STEP = 0.18  # between the forecasters of one recording, rows
 
 
-def plot_scores(judged, measure, *, label, middle=None, ax=None):
+def plot_scores(judged, measure, *, label, middle=None, ax: Axes | None = None) -> Axes:
     """A score of every forecaster on every recording, one row a recording.
 
     Recordings made by moving cameras stand last, on grey.
@@ -112,7 +112,7 @@ def shorten(name, most=26):
     return f"{name[: most - most // 3 - 1]}…{name[-(most // 3) :]}"
 
 
-def plot_precision_recall(table, thresholds, *, ax=None):
+def plot_precision_recall(table, thresholds, *, ax: Axes | None = None) -> Axes:
     """Precision against recall, a point where each forecaster says yes at its threshold.
 
     The area under a curve is its average precision.  A forecaster that says but yes or no is
@@ -141,13 +141,13 @@ def plot_precision_recall(table, thresholds, *, ax=None):
     return ax
 
 
-def frame_shares(ax):
+def frame_shares(ax) -> None:
     """Make axes those of precision against recall."""
     ax.set(xlim=(0, 1.02), ylim=(0, 1.04), xlabel="recall", ylabel="precision")
     ax.set(xticks=TICKS, yticks=TICKS)
 
 
-def draw_curve(ax, occludes, probability, method):
+def draw_curve(ax, occludes, probability, method) -> None:
     """The curve of a forecaster that says more than yes and no; precision holds up to a recall."""
     if np.isin(probability, (0, 1)).all():
         return
@@ -162,7 +162,7 @@ def draw_curve(ax, occludes, probability, method):
     )
 
 
-def draw_point(ax, found, method):
+def draw_point(ax, found, method) -> None:
     """Where a forecaster's yes and no lead."""
     ax.plot(
         [found.recall],
@@ -178,7 +178,7 @@ def draw_point(ax, found, method):
     )
 
 
-def plot_reliability(table, methods, *, ax=None):
+def plot_reliability(table, methods, *, ax: Axes | None = None) -> Axes:
     """What happened against what was said to be its probability; Wilson's intervals.
 
     Where hardly any pair occludes the axes are logarithmic; what is 0 is drawn hollow at the
@@ -231,7 +231,9 @@ def plot_reliability(table, methods, *, ax=None):
     return ax
 
 
-def plot_shares_by_cell(pairs, occluding, rule, *, mean, least=LEAST, top=None, ax=None):
+def plot_shares_by_cell(
+    pairs, occluding, rule, *, mean, least=LEAST, top=None, ax: Axes | None = None
+) -> Axes:
     """What share of pairs occludes in each cell of a table, against what the thesis says.
 
     The mean is in the middle of the shades, dark above it.  A triangle marks where experience
@@ -302,7 +304,7 @@ def _norm(mean, top):
     return TwoSlopeNorm(mean, 0, top) if 0 < mean < top else Normalize(0, max(top, 1e-9))
 
 
-def plot_rules_by_cell(rule, *, ax=None):
+def plot_rules_by_cell(rule, *, ax: Axes | None = None) -> Axes:
     """What the thesis says, laid out as `plot_shares_by_cell`."""
     ax = axes_or_new(ax)
     rule = np.asarray(rule)

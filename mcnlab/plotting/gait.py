@@ -1,13 +1,16 @@
 """Gait in a box: width over time, its rhythm, and from where that shows."""
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from mcnlab.plotting.style import INK, LOWER, PALE, UPPER, WALK_COLOURS, axes_or_new
 
 REAL, MADE, NOISY, CUT = WALK_COLOURS.values()
 
 
-def plot_width(seconds, width, *, events=None, colour=REAL, title="", ax=None):
+def plot_width(
+    seconds, width, *, events=None, colour=REAL, title="", ax: Axes | None = None
+) -> Axes:
     """A box's width against time, with heel strikes and mid-swings (Figure 2.2).
 
     Parameters
@@ -33,7 +36,9 @@ def plot_width(seconds, width, *, events=None, colour=REAL, title="", ax=None):
     return ax
 
 
-def plot_rhythm(lags, correlation, *, period=None, colour=REAL, title="", ax=None):
+def plot_rhythm(
+    lags, correlation, *, period=None, colour=REAL, title="", ax: Axes | None = None
+) -> Axes:
     """An autocorrelation against its lag, with the step's period.
 
     Parameters
@@ -65,7 +70,7 @@ def plot_rhythm(lags, correlation, *, period=None, colour=REAL, title="", ax=Non
     return ax
 
 
-def plot_by_angle(tables, value, *, low=None, high=None, ylabel="", ax=None):
+def plot_by_angle(tables, value, *, low=None, high=None, ylabel="", ax: Axes | None = None) -> Axes:
     """A quantity against the view angle, one line or set of points a table.
 
     Parameters
@@ -99,7 +104,7 @@ def plot_by_angle(tables, value, *, low=None, high=None, ylabel="", ax=None):
     return ax
 
 
-def plot_timeline(watch, frame_rate, *, cameras, ax=None):
+def plot_timeline(watch, frame_rate, *, cameras, ax: Axes | None = None) -> Axes:
     """Which camera is awake when: a bar a camera, dark while it watches (section 2.2.5).
 
     Parameters

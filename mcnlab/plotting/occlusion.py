@@ -7,6 +7,7 @@ told apart by lightness, so it survives a grey print.
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
 
@@ -50,7 +51,7 @@ _OUTLINE = (withStroke(linewidth=6, foreground="white"),)
 _PAPER = {"boxstyle": "round,pad=0.2", "fc": "white", "ec": "none", "alpha": 0.85}
 
 
-def plot_direction_table(ax=None, marked=None):
+def plot_direction_table(ax: Axes | None = None, marked=None) -> Axes:
     """Table 3.1 as a chart: what two directions say.
 
     Parameters
@@ -82,7 +83,7 @@ def plot_direction_table(ax=None, marked=None):
     return ax
 
 
-def plot_speed_table(side, ax=None, marked=None):
+def plot_speed_table(side, ax: Axes | None = None, marked=None) -> Axes:
     """Table 3.2 or 3.3 as a chart: what two speed levels say of walkers going the same way.
 
     Parameters
@@ -114,8 +115,8 @@ def plot_speed_table(side, ax=None, marked=None):
     ax.text(2.0, -0.28, "V(S2), on the right", ha="center", color=UPPER)
     ax.text(-0.85, 2.0, "V(S1), on the left", rotation=90, va="center", color=LOWER)
     ax.set(xlim=(-0.95, 3.55), ylim=(3.55, -0.45))
-    number = "3.2" if side == "right" else "3.3"
-    ax.set_title(f"Table {number}: both in {way}, {behind} is behind")
+    name = "3.2" if side == "right" else "3.3"
+    ax.set_title(f"Table {name}: both in {way}, {behind} is behind")
     if marked is not None:
         _mark(ax, marked)
     meanings = {APART: RULE_MEANINGS[APART], BY_SPEED: "C: time and place decide"}
@@ -123,7 +124,7 @@ def plot_speed_table(side, ax=None, marked=None):
     return ax
 
 
-def plot_two_walkers(direction1, direction2, level1, level2, ax=None):
+def plot_two_walkers(direction1, direction2, level1, level2, ax: Axes | None = None) -> Axes:
     """One cell of the tables as two walkers in the camera's picture.
 
     Each has an arrow to where it is after three seconds, with a dot a second.  The paces,
@@ -176,7 +177,9 @@ def plot_two_walkers(direction1, direction2, level1, level2, ax=None):
     return ax
 
 
-def plot_forecast(boxes, directions, levels, *, seconds, place, observed=None, ax=None):
+def plot_forecast(
+    boxes, directions, levels, *, seconds, place, observed=None, ax: Axes | None = None
+) -> Axes:
     """Two boxes with their directions and speeds, and the occlusion that is foreseen.
 
     To be drawn over a frame, so `ax` should show one already.

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from mcnlab.checks import require_choice, require_count
 from mcnlab.errors import ArgumentError
@@ -159,7 +160,7 @@ def pick_forecasts(pairs, number, forecasts):
     }
 
 
-def plot_moment(story, seconds, *, guesses=None, places=None, ax=None):
+def plot_moment(story, seconds, *, guesses=None, places=None, ax: Axes | None = None) -> Axes:
     """Both walkers at one time: their boxes, and where their feet came from.
 
     Parameters
@@ -190,11 +191,11 @@ def plot_moment(story, seconds, *, guesses=None, places=None, ax=None):
         ring = {"mfc": "none", "mec": TRUTH, "mew": 1.6, "ls": ""}
         ax.plot(*story.place, marker="o", ms=15, label="truth", **ring)
     for method, place in (places or {}).items():
-        draw_forecaster(ax, *place, method, ms=8)
+        draw_forecaster(ax, place[0], place[1], method, ms=8)
     return ax
 
 
-def draw_forecaster(ax, x, y, method, *, says=True, ms=7):
+def draw_forecaster(ax, x, y, method, *, says=True, ms=7) -> None:
     """A forecaster's mark, hollow if it says no."""
     colour = FORECAST_COLOURS[method]
     face = {"mfc": colour, "mec": "white"} if says else {"mfc": "white", "mec": colour}
@@ -208,7 +209,7 @@ def _corners(box):
     return np.array([x, x + w, x + w, x, x]), np.array([y, y, y + h, y + h, y])
 
 
-def frame_story(ax, story, *, shape=1.0, frame=None):
+def frame_story(ax, story, *, shape=1.0, frame=None) -> None:
     """Show the part of the image in which a pair's story takes place.
 
     Parameters
@@ -230,7 +231,9 @@ def frame_story(ax, story, *, shape=1.0, frame=None):
         ax.plot(*_corners((-0.5, -0.5, *frame)), color=PALE, lw=1, zorder=0.5)
 
 
-def plot_cover(story, bound, *, guesses=None, forecasts=None, thresholds=None, now=None, ax=None):
+def plot_cover(
+    story, bound, *, guesses=None, forecasts=None, thresholds=None, now=None, ax: Axes | None = None
+) -> Axes:
     """How much two walkers cover each other, and when each forecaster thinks that they will.
 
     Below the axis each forecaster has a lane; its mark stands at the time that it foresees,

@@ -28,7 +28,7 @@ from mcnlab.tables import TRACE, X, Y, split_sequences
 CHAOS = "#f4c9a8"
 
 
-def plot_ground(area, *, walls=None, grid=None, ax=None):
+def plot_ground(area, *, walls=None, grid=None, ax: Axes | None = None) -> Axes:
     """An empty map: the area, its walls, and the cells of a grid if given."""
     ax = axes_or_new(ax)
     left, bottom, right, top = area
@@ -45,7 +45,9 @@ def plot_ground(area, *, walls=None, grid=None, ax=None):
     return ax
 
 
-def plot_traces(traces, *, colour=LOWER, alpha=0.35, lw=0.9, ends=False, label=None, ax=None):
+def plot_traces(
+    traces, *, colour=LOWER, alpha=0.35, lw=0.9, ends=False, label=None, ax: Axes | None = None
+) -> Axes:
     """Traces from above, one thin line a walker.
 
     Parameters
@@ -94,7 +96,7 @@ def plot_patterns(patterns, angles, known, *, figure):
     return axes
 
 
-def plot_histogram(counts, *, chaos_ratio=0.8, title="", ax=None):
+def plot_histogram(counts, *, chaos_ratio=0.8, title="", ax: Axes | None = None) -> Axes:
     """How many traces run at each angle through one cell, and the chaos rule (Figure 2.10).
 
     Parameters
@@ -131,7 +133,9 @@ def plot_histogram(counts, *, chaos_ratio=0.8, title="", ax=None):
     return ax
 
 
-def plot_cells(grid, kind, angle, *, magnitude=None, no_locus, directed, chaos, ax=None):
+def plot_cells(
+    grid, kind, angle, *, magnitude=None, no_locus, directed, chaos, ax: Axes | None = None
+) -> Axes:
     """Every cell's kind, and the direction of those that have one (Figures 2.5, 2.6).
 
     Parameters
@@ -176,7 +180,7 @@ def cells_legend(ax: Axes, **options) -> None:
     """Say what `plot_cells` drew, beside what else has a label on the axes."""
     handles, _ = ax.get_legend_handles_labels()
     handles += [
-        plt.Line2D([], [], color=INK, lw=1.6, label="direction of a cell,\nthick: more walks"),
+        plt.Line2D([], [], color=INK, lw=1.6, label="direction of a cell (thick: more walks)"),
         mpl.patches.Patch(fc=CHAOS, label="chaos cell"),
     ]
     ax.legend(handles=handles, **options)
@@ -203,7 +207,7 @@ def plot_band(grid, order, thin=None, *, ax=None):
     return image
 
 
-def plot_votes(grid, votes, *, humps=None, colourbar=True, ax=None):
+def plot_votes(grid, votes, *, humps=None, colourbar=True, ax: Axes | None = None) -> Axes:
     """Votes from above, darker where more perpendiculars pass, with the humps.
 
     Parameters
@@ -229,7 +233,7 @@ def plot_votes(grid, votes, *, humps=None, colourbar=True, ax=None):
     return ax
 
 
-def plot_mesh(grid, votes, *, humps=None, most=60, ax=None):
+def plot_mesh(grid, votes, *, humps=None, most=60, ax: Axes | None = None) -> Axes:
     """The 3-D mesh of the votes (Figure 2.11).
 
     Parameters
@@ -279,7 +283,9 @@ def plot_mesh(grid, votes, *, humps=None, most=60, ax=None):
     return ax
 
 
-def plot_cameras(cameras, model, *, method="exact", cones=True, label=None, ax=None):
+def plot_cameras(
+    cameras, model, *, method="exact", cones=True, label=None, ax: Axes | None = None
+) -> Axes:
     """Cameras on a map; a cone shows what a fixed one sees, a ring how far a panning one.
 
     Parameters
@@ -318,7 +324,7 @@ def plot_cameras(cameras, model, *, method="exact", cones=True, label=None, ax=N
     return ax
 
 
-def plot_forbidden(grid, forbidden, *, ax=None):
+def plot_forbidden(grid, forbidden, *, ax: Axes | None = None) -> Axes:
     """Hatch the cells where no camera may stand."""
     ax = axes_or_new(ax)
     rows, columns = np.nonzero(forbidden)
@@ -333,7 +339,7 @@ def plot_forbidden(grid, forbidden, *, ax=None):
     return ax
 
 
-def plot_served(targets, served, *, ax=None):
+def plot_served(targets, served, *, ax: Axes | None = None) -> Axes:
     """Walker-seconds: dark where some chosen camera sees them square-on, pale elsewhere."""
     ax = axes_or_new(ax)
     served = np.asarray(served, bool)
@@ -384,7 +390,7 @@ def served_legend(figure: Figure, *, reach: float | None = None) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-def plot_shares(table, *, ax=None):
+def plot_shares(table, *, ax: Axes | None = None) -> Axes:
     """Shares with intervals, one row a scene, one marker a method.
 
     Parameters

@@ -5,6 +5,7 @@ A level has its colour and its marker everywhere.
 
 import matplotlib.ticker
 import numpy as np
+from matplotlib.axes import Axes
 
 from mcnlab.compass import DIRECTIONS
 from mcnlab.compass import NAMES as WAYS
@@ -21,8 +22,8 @@ def plot_law(
     far=40.0,
     slow=SLOW,
     fast=FAST,
-    ax=None,
-):
+    ax: Axes | None = None,
+) -> Axes:
     """p of somebody who walks across the view, against his distance: p = f·v/Z.
 
     Parameters
@@ -63,8 +64,17 @@ def plot_law(
 
 
 def plot_by_distance(
-    distance, values, level, *, ylabel, title="", cuts=(), fit=False, legend=True, ax=None
-):
+    distance,
+    values,
+    level,
+    *,
+    ylabel,
+    title="",
+    cuts=(),
+    fit=False,
+    legend=True,
+    ax: Axes | None = None,
+) -> Axes:
     """One marker a window: a measure of speed against the walker's distance, both logarithmic.
 
     Parameters
@@ -120,7 +130,7 @@ def plot_by_distance(
     return ax
 
 
-def plot_by_level(true_speed, level, *, medians=None, ax=None):
+def plot_by_level(true_speed, level, *, medians=None, ax: Axes | None = None) -> Axes:
     """True speeds within each level: every window, and the median with its interval.
 
     Parameters
@@ -169,7 +179,7 @@ def plot_by_level(true_speed, level, *, medians=None, ax=None):
     return ax
 
 
-def plot_levels(directions, level, *, legend=True, ax=None):
+def plot_levels(directions, level, *, legend=True, ax: Axes | None = None) -> Axes:
     """What share of each direction's windows has which level, as stacked bars.
 
     Parameters

@@ -111,8 +111,17 @@ WALKER_LINES = ("-", "--")  # the left one (S1), the right one (S2)
 TICKS = (0, 0.25, 0.5, 0.75, 1)  # of shares
 
 
-def use_style():
-    """Give every figure mcnlab's look."""
+def use_style() -> None:
+    """Give every figure mcnlab's look.
+
+    Examples
+    --------
+    >>> import matplotlib as mpl
+    >>> from mcnlab.plotting import use_style
+    >>> use_style()
+    >>> mpl.rcParams["axes.titlelocation"]
+    'left'
+    """
     plt.style.use(str(Path(__file__).parents[1] / "mcnlab.mplstyle"))
 
 
@@ -121,7 +130,7 @@ def axes_or_new(ax):
     return plt.subplots()[1] if ax is None else ax
 
 
-def frame_axes(ax, frame_width, frame_height):
+def frame_axes(ax, frame_width, frame_height) -> None:
     """Make axes an image frame: y downwards, pixels square, a thin border."""
     ax.set(xlim=(0, frame_width), ylim=(frame_height, 0), aspect="equal", xticks=[], yticks=[])
     ax.grid(False)

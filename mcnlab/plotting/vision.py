@@ -3,6 +3,7 @@
 from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from mcnlab.checks import require_count, require_number
 from mcnlab.errors import ArgumentError
@@ -10,7 +11,7 @@ from mcnlab.plotting.style import PALE, UPPER, axes_or_new
 from mcnlab.vision.flow import _check_flow, _known
 
 
-def plot_frame(frame, *, title="", feet=None, ax=None):
+def plot_frame(frame, *, title="", feet=None, ax: Axes | None = None) -> Axes:
     """A grey or RGB frame, with the feet found in it.
 
     Parameters
@@ -36,7 +37,7 @@ def plot_frame(frame, *, title="", feet=None, ax=None):
     return ax
 
 
-def plot_flow(colours, wheel, *, largest, title="", ax=None):
+def plot_flow(colours, wheel, *, largest, title="", ax: Axes | None = None) -> Axes:
     """A flow field in colour, with the wheel that says which colour goes where.
 
     Parameters

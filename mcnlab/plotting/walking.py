@@ -7,6 +7,7 @@ walker goes.
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 
 from mcnlab.compass import DIRECTIONS, NAMES, heading_of, turn_between
 from mcnlab.plotting.style import (
@@ -48,7 +49,7 @@ def direction_style(direction: int, *, size: float = 6) -> dict:
     return {"color": colour, "marker": marker_of(direction), "mfc": face, "ms": size}
 
 
-def plot_directions(ax=None):
+def plot_directions(ax: Axes | None = None) -> Axes:
     """The eight directions seen from above, the camera in the south (Figure 3.2)."""
     ax = axes_or_new(ax)
     for direction in DIRECTIONS:
@@ -77,7 +78,9 @@ def plot_directions(ax=None):
     return ax
 
 
-def plot_boxes(boxes, *, frame_width, frame_height, every=8, direction=None, ax=None):
+def plot_boxes(
+    boxes, *, frame_width, frame_height, every=8, direction=None, ax: Axes | None = None
+) -> Axes:
     """A walk's boxes in the frame, from pale (first) to dark (last)."""
     ax = axes_or_new(ax)
     shown = boxes.iloc[::every]
@@ -94,7 +97,7 @@ def plot_boxes(boxes, *, frame_width, frame_height, every=8, direction=None, ax=
     return ax
 
 
-def plot_curves(walks, dimension, *, ax=None):
+def plot_curves(walks, dimension, *, ax: Axes | None = None) -> Axes:
     """Box height or width against frame number, one curve a walk (Figures 3.4, 3.5).
 
     Parameters
@@ -120,7 +123,7 @@ def plot_curves(walks, dimension, *, ax=None):
     return ax
 
 
-def plot_mask(mask, *, box=None, title="", ax=None):
+def plot_mask(mask, *, box=None, title="", ax: Axes | None = None) -> Axes:
     """A silhouette, dark on white, with its box."""
     ax = axes_or_new(ax)
     ax.imshow(255 - np.asarray(mask), vmin=0, vmax=255, cmap="gray")
@@ -136,8 +139,13 @@ def plot_mask(mask, *, box=None, title="", ax=None):
 
 
 def plot_phase(
-    phase, *, dimension="h", parts=("extrema", "envelope", "mean"), legend=True, ax=None
-):
+    phase,
+    *,
+    dimension="h",
+    parts=("extrema", "envelope", "mean"),
+    legend=True,
+    ax: Axes | None = None,
+) -> Axes:
     """A curve with what the thesis lays over it (Figures 3.8 to 3.11).
 
     Parameters
@@ -183,8 +191,8 @@ def plot_phases(
     separators=None,
     label="phase (pixels a frame)",
     legend=True,
-    ax=None,
-):
+    ax: Axes | None = None,
+) -> Axes:
     """Phase against video, one marker a direction, separators as lines (3.12, 3.13).
 
     Parameters
@@ -220,7 +228,9 @@ def plot_phases(
     return ax
 
 
-def plot_phase_space(space, directions, *, x="sideways", y="height_growth", ax=None):
+def plot_phase_space(
+    space, directions, *, x="sideways", y="height_growth", ax: Axes | None = None
+) -> Axes:
     """Two phases of every walk against each other, one marker a direction."""
     ax = axes_or_new(ax)
     directions = np.asarray(directions)
@@ -241,7 +251,9 @@ def plot_phase_space(space, directions, *, x="sideways", y="height_growth", ax=N
     return ax
 
 
-def plot_heading_errors(errors, directions, *, limit=22.5, most=60.0, ax=None):
+def plot_heading_errors(
+    errors, directions, *, limit=22.5, most=60.0, ax: Axes | None = None
+) -> Axes:
     """Heading errors by true direction, with the band in which the direction is right.
 
     Errors beyond `most` degrees are drawn at the edge, and counted there.
@@ -277,7 +289,9 @@ def plot_heading_errors(errors, directions, *, limit=22.5, most=60.0, ax=None):
     return ax
 
 
-def plot_lines(x, curves, *, xlabel, ylabel="right answers (share)", ax=None):
+def plot_lines(
+    x, curves, *, xlabel, ylabel="right answers (share)", ax: Axes | None = None
+) -> Axes:
     """Accuracy, or another share, against one variable; intervals as bars.
 
     Parameters
@@ -310,7 +324,7 @@ def plot_lines(x, curves, *, xlabel, ylabel="right answers (share)", ax=None):
     return ax
 
 
-def plot_horizon(boxes, camera, *, ax=None):
+def plot_horizon(boxes, camera, *, ax: Axes | None = None) -> Axes:
     """Box height against the row of the feet, and the line that shows the horizon."""
     ax = axes_or_new(ax)
     feet = (boxes[Y] + boxes[H]).to_numpy()
@@ -325,7 +339,7 @@ def plot_horizon(boxes, camera, *, ax=None):
     return ax
 
 
-def plot_against_truth(true, said, *, ax=None):
+def plot_against_truth(true, said, *, ax: Axes | None = None) -> Axes:
     """Headings here against true headings, degrees, wrapped to one turn."""
     ax = axes_or_new(ax)
     true = np.asarray(true) % 360
