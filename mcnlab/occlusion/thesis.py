@@ -26,8 +26,9 @@ What the thesis leaves open, and what is done here:
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mcnlab.checks import require_choice, require_number
+from mcnlab.checks import require_array, require_choice, require_number
 from mcnlab.compass import DIRECTIONS
 from mcnlab.errors import ArgumentError
 from mcnlab.tables import PIXEL_LIMIT
@@ -63,7 +64,7 @@ class Foreseen(NamedTuple):
     rule: np.ndarray  # CERTAIN, BY_SPEED, APART or UNIDENTIFIED
 
 
-def order_walkers(x_p, x_q):
+def order_walkers(x_p: ArrayLike, x_q: ArrayLike) -> np.ndarray:
     """Which of two walkers is S1: the one with the lesser abscissa (Algorithm 1).
 
     Parameters
@@ -93,7 +94,7 @@ def order_walkers(x_p, x_q):
     return np.where(x_p == x_q, UNIDENTIFIED, (x_p > x_q).astype(int))
 
 
-def direction_rules():
+def direction_rules() -> dict[str, np.ndarray]:
     """The three rules of section 3.3.1 as printed, each by itself.
 
     Returns
@@ -114,13 +115,20 @@ def direction_rules():
     }
 
 
-def direction_table():
+def direction_table() -> np.ndarray:
     """Table 3.1: what two directions say.
 
     Returns
     -------
     ndarray of int, shape (8, 8)
         `APART`, `CERTAIN` or `BY_SPEED`; rows D(S1) − 1, columns D(S2) − 1.
+
+    Examples
+    --------
+    Who walks right and who walks left towards him will meet:
+
+    >>> bool(direction_table()[3 - 1, 7 - 1] == CERTAIN)
+    True
     """
     rules = direction_rules()
     table = np.full((len(DIRECTIONS), len(DIRECTIONS)), APART)
@@ -129,7 +137,7 @@ def direction_table():
     return table
 
 
-def speed_table(side):
+def speed_table(side: str) -> np.ndarray:
     """Tables 3.2 and 3.3: whether the one behind is faster.
 
     Parameters
@@ -142,13 +150,22 @@ def speed_table(side):
     -------
     ndarray of bool, shape (3, 3)
         True where the thesis prints C; rows V(S1) − 1, columns V(S2) − 1.
+
+    Examples
+    --------
+    >>> speed_table("right").astype(int)
+    array([[0, 0, 0],
+           [1, 0, 0],
+           [1, 1, 0]])
     """
     require_choice("side", side, tuple(SIDES))
     one, two = np.array(LEVELS)[:, None], np.array(LEVELS)
     return one > two if side == "right" else one < two
 
 
-def look_up(direction1, direction2, level1, level2):
+def look_up(
+    direction1: ArrayLike, direction2: ArrayLike, level1: ArrayLike, level2: ArrayLike
+) -> np.ndarray:
     """What the two tables say together (section 3.3.1).
 
     Parameters
@@ -182,7 +199,9 @@ def look_up(direction1, direction2, level1, level2):
     return np.where((code == BY_SPEED) & ~catches, APART, code)
 
 
-def seconds_to_meet(distance, pixels1, pixels2, *, same_way=False):
+def seconds_to_meet(
+    distance: ArrayLike, pixels1: ArrayLike, pixels2: ArrayLike, *, same_way: ArrayLike = False
+) -> np.ndarray:
     """Time to the occlusion (Equation 3.1), had both walked on the line between them.
 
     d / (p1 + p2) for walkers approaching each other, d / |p1 − p2| for walkers going the
@@ -219,7 +238,9 @@ def seconds_to_meet(distance, pixels1, pixels2, *, same_way=False):
     return np.where(meets, distance / np.where(meets, closing, 1.0), np.inf)
 
 
-def place_printed(subject1, subject2, *, same_way=False):
+def place_printed(
+    subject1: Walker, subject2: Walker, *, same_way: ArrayLike = False
+) -> tuple[np.ndarray, np.ndarray]:
     """Equations 3.5 and 3.6 exactly as printed.
 
     Their algebra is right: 3.3 taken from 3.2, and 3.4 put in, gives 3.5 sign by sign.
@@ -273,7 +294,9 @@ def place_printed(subject1, subject2, *, same_way=False):
     return x, -m * one.x + one.y + m * x
 
 
-def place_reached(subject1, subject2, *, same_way=False, of="both"):
+def place_reached(
+    subject1: Walker, subject2: Walker, *, same_way: ArrayLike = False, of: str = "both"
+) -> tuple[np.ndarray, np.ndarray]:
     """Where the walkers have got to at the time of Equation 3.1: safe for any motion.
 
     S1 walks D1 = p1·t along its own direction of motion, S2 walks D2 = p2·t.  Head-on
@@ -302,7 +325,7 @@ def place_reached(subject1, subject2, *, same_way=False, of="both"):
     return _place(*_check_meeting(subject1, subject2, same_way), of)
 
 
-def inconsistency(subject1, subject2, *, same_way=False):
+def inconsistency(subject1: Walker, subject2: Walker, *, same_way: ArrayLike = False) -> np.ndarray:
     """By how much Equations 3.2 to 3.4 contradict each other, pixels (misprint 5).
 
     S1's end satisfies 3.2 and 3.4.  3.3 wants it D2 from S2; the answer is by how much it
@@ -333,7 +356,16 @@ def inconsistency(subject1, subject2, *, same_way=False):
     return np.abs(np.hypot(x - two.x, y - two.y) - two.pixels * seconds)
 
 
-def foresee(first, second, *, frame_width, frame_height, slow=SLOW, fast=FAST, of="both"):
+def foresee(
+    first: Walker,
+    second: Walker,
+    *,
+    frame_width: float,
+    frame_height: float,
+    slow: float = SLOW,
+    fast: float = FAST,
+    of: str = "both",
+) -> Foreseen:
     """Whether, when and where pairs of walkers cover each other, as the thesis says.
 
     Parameters
@@ -357,6 +389,15 @@ def foresee(first, second, *, frame_width, frame_height, slow=SLOW, fast=FAST, o
     ArgumentError
         When a number is not finite or out of range, shapes differ, or one single pair has
         the same abscissa.
+
+    Examples
+    --------
+    Two walk towards each other at 50 pixels a second each, 100 pixels apart:
+
+    >>> one, two = Walker(100, 80, 3, 50, 50, 0), Walker(200, 80, 7, 50, -50, 0)
+    >>> said = foresee(one, two, frame_width=352, frame_height=240)
+    >>> bool(said.occludes), float(said.seconds), float(said.x)
+    (True, 1.0, 150.0)
     """
     frame_width = require_number("frame_width", frame_width, above=0, unit="pixels")
     frame_height = require_number("frame_height", frame_height, above=0, unit="pixels")
@@ -445,44 +486,16 @@ def _check_walker(name, walker):
     return sound
 
 
-def _array(name, values):
-    """`values` as an array of anything but complex numbers."""
-    try:
-        values = np.asarray(values)
-    except ValueError:
-        raise ArgumentError(f"{name} is ragged; pass rows of one length.") from None
-    if np.iscomplexobj(values):
-        raise ArgumentError(f"{name} holds complex numbers; pass real ones.")
-    return values
+def _pixels(
+    name: str, values: ArrayLike, *, low: float = -PIXEL_LIMIT, high: float = PIXEL_LIMIT
+) -> np.ndarray:
+    """`values` as a float array of finite numbers of pixels, at most as many as any image has."""
+    return require_array(name, values, low=low, high=high)
 
 
-def _pixels(name, values, *, low=-PIXEL_LIMIT, high=PIXEL_LIMIT):
-    """`values` as a float array of finite numbers from `low` to `high`."""
-    values = _array(name, values)
-    try:
-        values = values.astype(float)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{name} is not numbers; pass numbers of pixels.") from None
-    # NaN is in no range, either.
-    sound = (values >= low) & (values <= high)
-    if not sound.all():
-        found = values[~sound].flat[0]
-        raise ArgumentError(
-            f"{name} holds {found:g}; pass finite numbers of pixels from {low:g} to {high:g}."
-        )
-    return values
-
-
-def _whole(name, values, choices):
-    """`values` as an int array that holds nothing but `choices`."""
-    values = _array(name, values)
-    sound = np.isin(values, choices)
-    if not sound.all():
-        raise ArgumentError(
-            f"{name} holds {values[~sound].tolist()[0]!r}; "
-            f"pass whole numbers {choices[0]} to {choices[-1]}."
-        )
-    return values.astype(int)
+def _whole(name: str, values: ArrayLike, choices: tuple[int, ...]) -> np.ndarray:
+    """`values` as an int array of numbers from the first choice to the last."""
+    return require_array(name, values, dtype=int, low=choices[0], high=choices[-1])
 
 
 def _require_one_shape(**arrays):

@@ -107,15 +107,15 @@ def test_one_pair_in_one_column_is_refused():
 @pytest.mark.parametrize(
     ("x_p", "x_q", "match"),
     [
-        ([1, np.nan], [1, 2], "x_p holds nan"),
-        (1, np.inf, "x_q holds inf"),
+        ([1, np.nan], [1, 2], "x_p is nan"),
+        (1, np.inf, "x_q is inf"),
         ([1, 2], [1, 2, 3], "shapes differ"),
         (1, [1], "shapes differ"),
-        ("left", 2, "x_p is not numbers"),
-        (None, 2, "x_p holds nan"),
-        (1e7, 2, "x_p holds 1e"),
-        (1 + 2j, 2, "x_p holds complex"),
-        ([[1], [1, 2]], 2, "x_p is ragged"),
+        ("left", 2, "x_p holds what is no number"),
+        (None, 2, "x_p is nan"),
+        (1e7, 2, "x_p is 1e"),
+        (1 + 2j, 2, "x_p holds what is no number"),
+        ([[1], [1, 2]], 2, "x_p holds what is no number"),
     ],
 )
 def test_columns_that_are_none_are_refused(x_p, x_q, match):
@@ -194,17 +194,17 @@ def test_the_cases_of_the_thesis_come_out(figure, d1, d2, v1, v2, code):
 @pytest.mark.parametrize(
     ("given", "match"),
     [
-        ((0, 1, 1, 1), "direction1 holds 0"),
-        ((1, 9, 1, 1), "direction2 holds 9"),
-        ((1, [1, 2.5], 1, 1), "direction2 holds"),
-        ((np.nan, 1, 1, 1), "direction1 holds"),
-        ((1, "away", 1, 1), "direction2 holds"),
-        ((1, 1, 0, 1), "level1 holds 0"),
-        ((1, 1, 1, 4), "level2 holds 4"),
-        ((-1, 1, 1, 1), "direction1 holds -1"),
+        ((0, 1, 1, 1), "direction1 is 0"),
+        ((1, 9, 1, 1), "direction2 is 9"),
+        ((1, [1, 2.5], 1, 1), "direction2 "),
+        ((np.nan, 1, 1, 1), "direction1 "),
+        ((1, "away", 1, 1), "direction2 "),
+        ((1, 1, 0, 1), "level1 is 0"),
+        ((1, 1, 1, 4), "level2 is 4"),
+        ((-1, 1, 1, 1), "direction1 is -1"),
         (([1, 2], [1, 2], [1, 2], [1]), "shapes differ"),
-        ((3 + 0j, 1, 1, 1), "direction1 holds complex"),
-        (([[1], [1, 2]], 1, 1, 1), "direction1 is ragged"),
+        ((3 + 0j, 1, 1, 1), "direction1 holds what is no number"),
+        (([[1], [1, 2]], 1, 1, 1), "direction1 holds what is no number"),
     ],
 )
 def test_directions_and_levels_that_are_none_are_refused(given, match):
@@ -233,9 +233,9 @@ def test_equal_speeds_the_same_way_and_walkers_who_stand_never_meet():
 @pytest.mark.parametrize(
     ("given", "match"),
     [
-        ((-1, 1, 1), "distance holds -1"),
-        ((1, -2, 1), "pixels1 holds -2"),
-        ((1, 1, np.nan), "pixels2 holds nan"),
+        ((-1, 1, 1), "distance is -1"),
+        ((1, -2, 1), "pixels1 is -2"),
+        ((1, 1, np.nan), "pixels2 is nan"),
         ((1, [1, 1], [1, 1]), "shapes differ"),
     ],
 )
@@ -571,15 +571,15 @@ def test_walkers_who_walk_as_their_directions_say_are_judged_by_the_table(direct
 @pytest.mark.parametrize(
     ("field", "value", "match"),
     [
-        ("x", np.nan, r"first\.x holds nan"),
-        ("y", np.inf, r"first\.y holds inf"),
-        ("direction", 0, r"first\.direction holds 0"),
-        ("direction", 9, r"first\.direction holds 9"),
-        ("direction", np.nan, r"first\.direction holds"),
-        ("pixels", -1, r"first\.pixels holds -1"),
-        ("pixels", "fast", r"first\.pixels is not numbers"),
-        ("vx", np.nan, r"first\.vx holds nan"),
-        ("vy", -np.inf, r"first\.vy holds -inf"),
+        ("x", np.nan, r"first\.x is nan"),
+        ("y", np.inf, r"first\.y is inf"),
+        ("direction", 0, r"first\.direction is 0"),
+        ("direction", 9, r"first\.direction is 9"),
+        ("direction", np.nan, r"first\.direction "),
+        ("pixels", -1, r"first\.pixels is -1"),
+        ("pixels", "fast", r"first\.pixels holds what is no number"),
+        ("vx", np.nan, r"first\.vx is nan"),
+        ("vy", -np.inf, r"first\.vy is -inf"),
         ("x", [1, 2], "shapes differ"),
     ],
 )
