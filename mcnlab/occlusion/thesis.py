@@ -322,7 +322,8 @@ def place_reached(
         When a walker's numbers are not sound, or the two never meet.
     """
     require_choice("of", of, ("both", "first"))
-    return _place(*_check_meeting(subject1, subject2, same_way), of)
+    one, two, seconds = _check_meeting(subject1, subject2, same_way)
+    return _place(one, two, seconds, of)
 
 
 def inconsistency(subject1: Walker, subject2: Walker, *, same_way: ArrayLike = False) -> np.ndarray:

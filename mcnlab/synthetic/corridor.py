@@ -149,8 +149,11 @@ class Corridor:
         right = _turn(-np.pi / 2 + tilt, np.pi / 2, radius)
         bends = a + radius * left, b + radius * right
         doors = (self.stairs[0], bends[0][0, 1]), (self.stairs[2], bends[1][-1, 1])
-        lines = _line(doors[0], bends[0][0]), _line(bends[0][-1], bends[1][0])
-        lines = *lines, _line(bends[1][-1], doors[1])
+        lines = [
+            _line(doors[0], bends[0][0]),
+            _line(bends[0][-1], bends[1][0]),
+            _line(bends[1][-1], doors[1]),
+        ]
         # A line's last point is the bend's first.
         points = lines[0][:-1], bends[0], lines[1][1:-1], bends[1], lines[2][1:]
         normals = [

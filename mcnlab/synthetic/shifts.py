@@ -88,5 +88,7 @@ def make_motion(name: str, *, shape: tuple[int, int] = (240, 320), seed: int = 0
     # The second frame is the picture; the first looks up where its pixels will be.
     # OpenCV's cubic kernel leans by up to 0.05 pixels; a spline of the fifth order does not.
     first = map_coordinates(picture, [y + dy + margin, x + dx + margin], order=5)
-    frames = [np.clip(np.rint(frame), 0, 255).astype(np.uint8) for frame in (first, picture[inner])]
-    return MadeMotion(name, *frames, np.stack([dx, dy], axis=-1).astype(np.float32))
+    first, second = (
+        np.clip(np.rint(frame), 0, 255).astype(np.uint8) for frame in (first, picture[inner])
+    )
+    return MadeMotion(name, first, second, np.stack([dx, dy], axis=-1).astype(np.float32))
