@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController
 
 from mcnlab.checks import require_number
@@ -23,7 +24,7 @@ class Line(NamedTuple):
     slope: np.ndarray
     intercept: np.ndarray
 
-    def at(self, x):
+    def at(self, x: ArrayLike) -> np.ndarray:
         """The line's value at `x`; for many lines, `x` has one axis more."""
         slope, intercept = np.asarray(self.slope), np.asarray(self.intercept)
         if slope.ndim:
@@ -31,7 +32,7 @@ class Line(NamedTuple):
         return slope * np.asarray(x) + intercept
 
 
-def fit_line(x, y):
+def fit_line(x: np.ndarray, y: np.ndarray) -> Line:
     """The thesis's linear regression of one curve (section 3.2.1, misprints mended).
 
     Slope m = (n∑xy − ∑x∑y) / (n∑x² − (∑x)²), computed about the means, which is the same
@@ -56,7 +57,7 @@ def fit_line(x, y):
     return Line(slope, mean_y - slope * mean_x)
 
 
-def fit_lines(x, y, *, weights=None):
+def fit_lines(x: ArrayLike, y: ArrayLike, *, weights: ArrayLike | None = None) -> Line:
     """Least-squares lines along the last axis.
 
     Parameters
@@ -81,7 +82,14 @@ def fit_lines(x, y, *, weights=None):
     return _solve(x, y, weights)
 
 
-def fit_lines_robust(x, y, *, weights=None, huber=HUBER, iterations=12):
+def fit_lines_robust(
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    weights: ArrayLike | None = None,
+    huber: float = HUBER,
+    iterations: int = 12,
+) -> tuple[Line, np.ndarray]:
     """Huber's M-estimate of lines along the last axis, by reweighted least squares.
 
     Parameters
@@ -131,7 +139,9 @@ def fit_lines_robust(x, y, *, weights=None, huber=HUBER, iterations=12):
     return line, final
 
 
-def fit_correlated(design, y, covariance):
+def fit_correlated(
+    design: np.ndarray, y: np.ndarray, covariance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Generalised least squares, many problems at a time.
 
     Parameters

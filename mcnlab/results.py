@@ -1,6 +1,7 @@
 """Thesis | here: the one table that every notebook writes to, and the intervals in it."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,7 +49,15 @@ class Results:
         self.data = data
         self.rows = []
 
-    def add(self, name, here, *, thesis=None, unit="", data=None):
+    def add(
+        self,
+        name: str,
+        here: Estimate | float | int | None,
+        *,
+        thesis: float | None = None,
+        unit: str = "",
+        data: str | None = None,
+    ) -> None:
         """Report one quantity.
 
         Parameters
@@ -91,11 +100,11 @@ class Results:
             )
         )
 
-    def table(self):
+    def table(self) -> pd.DataFrame:
         """The rows as a table of text."""
         return pd.DataFrame([vars(row) for row in self.rows], columns=list(COLUMNS))
 
-    def show(self):
+    def show(self) -> None:
         """Print "quantity | thesis | here | interval"; write the rows if reproducing.
 
         Timings are written, not printed: they differ from run to run.
@@ -114,7 +123,7 @@ class Results:
             write_whole(path, self.table().to_csv(index=False, lineterminator="\n"))
 
 
-def verdict_of(row):
+def verdict_of(row: Mapping[str, str]) -> str:
     """What a result row says of the thesis's claim.
 
     Parameters

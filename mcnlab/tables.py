@@ -9,9 +9,11 @@ One row of a trace table is the place of one walker's feet in one frame: metres 
 x to the right and y upwards as seen from above, unless a function says pixels.
 """
 
-from typing import Final, NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
 from mcnlab.checks import require_number
@@ -36,7 +38,7 @@ PIXEL_LIMIT: Final = 1e6  # no image is larger
 FRAME_LIMIT: Final = 1e9  # a year at 30 frames a second
 
 
-def check_columns(table, columns, *, argument):
+def check_columns(table: Any, columns: Iterable[str], *, argument: str) -> None:
     """Raise `TableError` unless `table` is a table that has `columns`."""
     held = getattr(table, "columns", None)
     if held is None:
@@ -54,7 +56,7 @@ def check_columns(table, columns, *, argument):
         )
 
 
-def check_boxes(boxes, *, argument="boxes"):
+def check_boxes(boxes: pd.DataFrame, *, argument: str = "boxes") -> pd.DataFrame:
     """Return `boxes` when it is a sound box table.
 
     Parameters
@@ -107,7 +109,7 @@ def check_boxes(boxes, *, argument="boxes"):
     return boxes
 
 
-def check_traces(traces, *, argument="traces"):
+def check_traces(traces: pd.DataFrame, *, argument: str = "traces") -> pd.DataFrame:
     """Return `traces` when it is a sound trace table.
 
     Parameters
@@ -163,12 +165,12 @@ def _check_order(names, frame, *, argument, key):
         )
 
 
-def starts_of(names):
+def starts_of(names: np.ndarray) -> np.ndarray:
     """The positions at which a new name begins, in an array of names that stand together."""
     return np.flatnonzero(np.r_[True, names[1:] != names[:-1]][: len(names)])
 
 
-def split_sequences(table, *, key=SEQUENCE):
+def split_sequences(table: pd.DataFrame, *, key: str = SEQUENCE) -> Iterator[tuple[Any, slice]]:
     """Yield ``(name, rows)`` in table order; `rows` is a slice of positions."""
     names = table[key].to_numpy()
     starts = starts_of(names)
@@ -186,7 +188,7 @@ class Stack(NamedTuple):
     curves: dict  # column name → (n, longest), 0 where there is no box
 
 
-def stack_sequences(boxes, names=MEASURES):
+def stack_sequences(boxes: pd.DataFrame, names: Iterable[str] = MEASURES) -> Stack:
     """Lay the walks of a sound box table side by side, frame by frame.
 
     Parameters
@@ -234,7 +236,7 @@ WORLD_X, WORLD_Y = "world_x", "world_y"  # metres
 PRESENT = 0.6  # share of the frames that must show the walker whole
 
 
-def uncut(stack, frame_width, frame_height):
+def uncut(stack: Stack, frame_width: int, frame_height: int) -> np.ndarray:
     """Which boxes to trust: those clear of the frame's edge.
 
     A walker half out of the frame has a box, but not his own.  A walk that would be left

@@ -5,6 +5,8 @@ becomes away-left (8), toward-left (6) becomes toward-right (4).  The images and
 tables are mirrored by separate code, and a test holds the two against each other.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
@@ -12,6 +14,7 @@ from numpy.typing import ArrayLike
 from mcnlab import tables
 from mcnlab.checks import require_count
 from mcnlab.compass import direction_of, heading_of
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.tables import CX, SEQUENCE, W, X
 
@@ -68,7 +71,7 @@ def mirror_boxes(boxes: pd.DataFrame, *, frame_width: int) -> pd.DataFrame:
     return boxes.assign(**{X: frame_width - boxes[X] - boxes[W], CX: (frame_width - 1) - boxes[CX]})
 
 
-def add_mirrored(recording, *, directions=OBLIQUE):
+def add_mirrored(recording: Recording, *, directions: Sequence[int] = OBLIQUE) -> Recording:
     """The recording with a mirror image of every walk in `directions` added.
 
     CASIA Dataset A has two walks a subject in directions 1, 2, 3, 5, 6 and 7; mirroring

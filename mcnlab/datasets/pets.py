@@ -116,7 +116,7 @@ def read_tsai(path: str | os.PathLike, *, frame_width: int = PETS_WIDTH) -> Came
     return Camera(lens, turn, shift, frame_width, height, held["kappa1"] * focal**2)
 
 
-def read_tsai_place(path):
+def read_tsai_place(path: str | Path) -> np.ndarray:
     """Where on the ground a camera with a Tsai calibration stands.
 
     Parameters

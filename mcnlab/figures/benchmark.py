@@ -192,7 +192,7 @@ def learned_table(experience, *, least=LEAST) -> Figure:
     Parameters
     ----------
     experience : dict
-        Title → `foresight.Experience`.
+        Title → `benchmark.Experience`.
     least : int, optional
         Cells with fewer pairs are hatched.
 
@@ -269,7 +269,7 @@ def pair(recording, pairs, number, forecasts, *, thresholds=None) -> Figure:
     number : int
         Which pair, from 0.
     forecasts : dict
-        Method → `prediction.Forecast` of all pairs.
+        Method → `forecasters.Forecast` of all pairs.
     thresholds : mapping, optional
         Method → threshold of a yes; 1/2 if not given.
 

@@ -94,7 +94,7 @@ def cases_of_casia(judged, sources) -> Figure:
     Parameters
     ----------
     judged : pandas.DataFrame
-        From `cases.judge_cases`.
+        From `thesis_check.judge_cases`.
     sources : sequence of composing.Composites
         The same as there.
     """
@@ -146,7 +146,7 @@ def table_errors(counts) -> Figure:
     Parameters
     ----------
     counts : pandas.DataFrame
-        From `verdicts.count_cells`.
+        From `thesis_check.count_cells`.
     """
     figure, axes = plt.subplots(1, 2, figsize=(12.5, 5.9))
     cells = {name: counts[name].to_numpy().reshape(8, 8) for name in counts.columns[2:]}
@@ -198,7 +198,7 @@ def draw_case(row, recording, axes) -> None:
     Parameters
     ----------
     row : mapping
-        From `cases.judge_cases`.
+        From `thesis_check.judge_cases`.
     recording : Recording
         That it is from.
     axes : sequence of matplotlib.axes.Axes

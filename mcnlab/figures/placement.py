@@ -2,12 +2,14 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mcnlab.cameras.floor import GridMap
 from mcnlab.cameras.visibility import square_on
 from mcnlab.figures.registry import EXACT, VOTE, figure
 from mcnlab.placement import cells
-from mcnlab.placement.cells import CHAOS, DIRECTED, NO_LOCUS
+from mcnlab.placement.cells import CHAOS, DIRECTED, NO_LOCUS, DirectedCells
 from mcnlab.plotting.gait import plot_timeline
 from mcnlab.plotting.placement import (
     cells_legend,
@@ -225,7 +227,7 @@ def real_votes(scene, grid, placed) -> Figure:
     return figure
 
 
-def draw_cells(grid, directed, *, ax):
+def draw_cells(grid: GridMap, directed: DirectedCells, *, ax: Axes) -> None:
     """The kinds and directions of cells."""
     return plot_cells(
         grid,
@@ -339,7 +341,7 @@ def how_many(tables, *, required) -> Figure:
     Parameters
     ----------
     tables : dict
-        Scene → table from `siting.shares_by_number`.
+        Scene → table from `comparison.shares_by_number`.
     required : float
         The share drawn as a line.
     """

@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
@@ -261,7 +262,7 @@ def pets_traces(points, scores) -> Figure:
     return figure
 
 
-def draw_flow(motion, *, title, largest=None, ax):
+def draw_flow(motion: np.ndarray, *, title: str, largest: float | None = None, ax: Axes) -> None:
     """A flow with its wheel; the fastest pixels, but for stray ones, at the rim."""
     if largest is None:
         largest = float(np.percentile(np.hypot(motion[..., 0], motion[..., 1]), 99.8))

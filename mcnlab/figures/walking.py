@@ -2,10 +2,12 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from mcnlab.compass import DIRECTIONS
 from mcnlab.datasets.mirror import SUFFIX
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, SilhouetteError
 from mcnlab.figures.registry import MIRROR, SEPARATE, START, TRACE, figure
 from mcnlab.plotting.style import BLUE, FAINT, INK, NIGHT, SKY, UPPER
@@ -483,7 +485,9 @@ def walkers(made, recording, real=None) -> Figure:
     return figure
 
 
-def example_walk(recording, direction, *, subject=None):
+def example_walk(
+    recording: Recording, direction: int, *, subject: str | None = None
+) -> pd.DataFrame:
     """The boxes of one walk in a direction: the subject's, or the first there is.
 
     Raises

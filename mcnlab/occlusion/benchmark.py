@@ -1,12 +1,14 @@
 """The benchmark of occlusion foresight: who foresees best, on every recording at hand.
 
 Each recording of boxes gives a table of pairs: what happened, what each forecaster said of
-it, and the features that `prediction.Learned` learns from.  Everything that is learned or
+it, and the features that `forecasters.Learned` learns from.  Everything that is learned or
 chosen, the regression and the thresholds, comes from the other recordings made by unmoved
 cameras and of other people; recordings of the same people teach no more than one.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +18,7 @@ from mcnlab.checks import require_choice
 from mcnlab.datasets import motchallenge
 from mcnlab.datasets.catalogue import BUNDLED, MOTCHALLENGE, dataset_folder, read_table
 from mcnlab.datasets.motchallenge import place_of
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, McnError
 from mcnlab.occlusion.forecasters import (
     FEATURES,
@@ -26,9 +29,10 @@ from mcnlab.occlusion.forecasters import (
     UncertainVelocity,
     describe,
 )
-from mcnlab.occlusion.pairs import RULES, find_pairs, lay_over
+from mcnlab.occlusion.pairs import RULES, Pairs, Rules, find_pairs, lay_over
 from mcnlab.occlusion.scores import best_threshold, difference, score
 from mcnlab.occlusion.thesis import SIDES
+from mcnlab.results import Results
 from mcnlab.synthetic.crossings import make_crossings
 from mcnlab.tables import check_columns
 from mcnlab.vision.camera_motion import moves
@@ -54,13 +58,13 @@ class Judged:
     Attributes
     ----------
     table : pandas.DataFrame
-        One row a pair, as `comparison.compare` gives it, with ``learned.*``.
+        One row a pair, as `compare` gives it, with ``learned.*``.
     thresholds : pandas.DataFrame
         Recording × method: chosen without the recording.
     scores : dict
-        (recording, method) → `resampling.Scores`.
+        (recording, method) → `scores.Scores`.
     gains : dict
-        (recording, method) → `resampling.Difference`: `DEFAULT` less that method.
+        (recording, method) → `scores.Difference`: `DEFAULT` less that method.
     moving : dict
         Recording → whether its camera moves.
     left_out : tuple of str
@@ -75,25 +79,27 @@ class Judged:
     left_out: tuple = ()
 
     @property
-    def recordings(self):
+    def recordings(self) -> list[str]:
         """The recordings' names, those of unmoved cameras first."""
         return sorted(self.moving, key=lambda name: self.moving[name])
 
     @property
-    def static(self):
+    def static(self) -> list[str]:
         """The recordings made by unmoved cameras."""
         return [name for name in self.recordings if not self.moving[name]]
 
-    def of(self, recording):
+    def of(self, recording: str) -> pd.DataFrame:
         """The pairs of one recording."""
         return self.table[self.table["recording"] == recording]
 
     @property
-    def videos(self):
+    def videos(self) -> list[str]:
         """The real videos among those of unmoved cameras."""
         return [name for name in self.static if name not in (COMPOSITES, CROSSINGS)]
 
-    def mean(self, method, measure, recordings=None):
+    def mean(
+        self, method: str, measure: str, recordings: Sequence[str] | None = None
+    ) -> float | None:
         """A score's mean over recordings, those of unmoved cameras if none are named.
 
         None where there is none.
@@ -103,7 +109,7 @@ class Judged:
         values = [value for value in values if value is not None]
         return float(np.mean(values)) if values else None
 
-    def table_of(self, measure):
+    def table_of(self, measure: str) -> pd.DataFrame:
         """A score of every method on every recording: recording × method, None where none."""
         return pd.DataFrame(
             {
@@ -115,7 +121,7 @@ class Judged:
             }
         )
 
-    def report(self, results):
+    def report(self, results: Results) -> None:
         """Add every score, and what `DEFAULT` gains, to a notebook's results.
 
         Parameters
@@ -145,13 +151,19 @@ class Judged:
                     results.add(f"occlusion.{part}.gain.{method}.f1", best - other, data=data)
 
 
-def judge(tables, *, also=(), draws=400, seed=0):
+def judge(
+    tables: Sequence[pd.DataFrame],
+    *,
+    also: Sequence[pd.DataFrame] = (),
+    draws: int = 400,
+    seed: int = 0,
+) -> Judged:
     """Learn, choose thresholds and score, always without the recording that is judged.
 
     Parameters
     ----------
     tables : list of pandas.DataFrame
-        As `comparison.compare` gives them, each recording's own.  A recording in which no
+        As `compare` gives them, each recording's own.  A recording in which no
         pair occludes cannot be scored and is left out.
     also : list of pandas.DataFrame, optional
         Further recordings to learn from, which are not scored: those of places that `tables`
@@ -170,6 +182,14 @@ def judge(tables, *, also=(), draws=400, seed=0):
         When no pair of any table occludes, there is no unmoved camera elsewhere to learn
         from, a recording is there twice, a table holds two recordings or lacks a column, or
         the near pairs of the other recordings all occlude or none does.
+
+    Examples
+    --------
+    >>> from mcnlab import occlusion
+    >>> from mcnlab.occlusion.benchmark import bundled_pairs
+    >>> judged = occlusion.judge(bundled_pairs()[-2:], draws=20)
+    >>> list(judged.recordings)
+    ['pets09-s2l1', 'tud-stadtmitte']
     """
     for table in (*tables, *also):
         check_columns(table, NEEDED, argument="tables")
@@ -186,16 +206,16 @@ def judge(tables, *, also=(), draws=400, seed=0):
         raise ArgumentError("tables hold a recording twice; pass each once.")
     if not tables:
         raise ArgumentError("tables hold no pair that occludes; pass longer recordings, or more.")
-    tables = dict(zip(moving, tables, strict=True))
-    at_hand = {place_of(name) for name in tables}
+    named = dict(zip(moving, tables, strict=True))
+    at_hand = {place_of(name) for name in named}
     elsewhere = [table for table in also if place_of(table["recording"].iloc[0]) not in at_hand]
     teachers = [
         table
-        for table in (*tables.values(), *elsewhere)
+        for table in (*named.values(), *elsewhere)
         if table["occludes"].any() and not table["moving"].any()
     ]
     chosen, scores, gains, judged = {}, {}, {}, []
-    for name in tables:
+    for name in named:
         others = [
             table for table in teachers if place_of(table["recording"].iloc[0]) != place_of(name)
         ]
@@ -206,7 +226,7 @@ def judge(tables, *, also=(), draws=400, seed=0):
             )
         model = learn(others)
         # The thresholds know the others only; so does the regression behind "learned".
-        table, *others = (with_learned(held, model) for held in (tables[name], *others))
+        table, *others = (with_learned(held, model) for held in (named[name], *others))
         judged.append(table)
         for method in METHODS:
             chosen[name, method] = choose_threshold(others, method)
@@ -227,12 +247,12 @@ def judge(tables, *, also=(), draws=400, seed=0):
                     seed=seed,
                 )
     thresholds = pd.DataFrame(
-        {method: {name: chosen[name, method] for name in tables} for method in METHODS}
+        {method: {name: chosen[name, method] for name in named} for method in METHODS}
     )
     return Judged(pd.concat(judged, ignore_index=True), thresholds, scores, gains, moving, left_out)
 
 
-def summarise(tables):
+def summarise(tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """What the recordings hold: pairs, how many occlude, people, whether the camera moves."""
     rows = {
         table["recording"].iloc[0]: {
@@ -251,11 +271,21 @@ def _count_people(table):
     return len(pd.unique(table[["first", "second"]].to_numpy().ravel()))
 
 
-def learn(tables):
-    """`prediction.Learned`, fitted on tables of pairs.
+def learn(tables: Sequence[pd.DataFrame]) -> Learned:
+    """`forecasters.Learned`, fitted on tables of pairs.
 
     Far pairs teach nothing; a recording with very many near ones counts no more than one
     with `MOST`, and recordings of the same people share what one would count.
+
+    Examples
+    --------
+    >>> from mcnlab import occlusion, synthetic
+    >>> from mcnlab.occlusion.benchmark import bundled_pairs
+    >>> model = occlusion.learn(bundled_pairs())
+    >>> square = synthetic.make_crossings(people=12, seconds=12)
+    >>> forecast = model.forecast(occlusion.watch(square, 100))
+    >>> forecast.probability[:3].round(1).tolist()
+    [0.0, 0.0, 0.0]
     """
     near = [table[table["near"]] for table in tables]
     weights = [
@@ -266,7 +296,7 @@ def learn(tables):
     return Learned().fit(table[list(FEATURES)], table["occludes"], weights=np.concatenate(weights))
 
 
-def choose_threshold(tables, method):
+def choose_threshold(tables: Sequence[pd.DataFrame], method: str) -> float:
     """The threshold with the best F1 on tables of pairs, recordings counting by their people.
 
     Recordings of the same people share what one would count.
@@ -286,14 +316,14 @@ class Experience(NamedTuple):
     pairs: np.ndarray  # (8, 8, 3, 3)
     occluding: np.ndarray  # (8, 8, 3, 3), how many of them
 
-    def by_direction(self):
+    def by_direction(self) -> tuple[np.ndarray, np.ndarray]:
         """Pairs and occluding ones over directions alone, (8, 8) each."""
         return self.pairs.sum(axis=(2, 3)), self.occluding.sum(axis=(2, 3))
 
-    def by_speed(self, side):
+    def by_speed(self, side: str) -> tuple[np.ndarray, np.ndarray]:
         """Pairs and occluding ones over speed levels, both going to one side, (3, 3) each.
 
-        `side` is "right" or "left", as in `occlusion.speed_table`.
+        `side` is "right" or "left", as in `thesis.speed_table`.
         """
         require_choice("side", side, tuple(SIDES))
         at = np.array(SIDES[side]) - 1
@@ -301,13 +331,13 @@ class Experience(NamedTuple):
         return self.pairs[cells].sum(axis=(0, 1)), self.occluding[cells].sum(axis=(0, 1))
 
 
-def count_experience(table):
+def count_experience(table: pd.DataFrame) -> Experience:
     """What became of pairs, by what the thesis's tables were asked of them.
 
     Parameters
     ----------
     table : pandas.DataFrame
-        Pairs as `comparison.compare` gives them.
+        Pairs as `compare` gives them.
 
     Returns
     -------
@@ -331,16 +361,16 @@ def count_experience(table):
     return Experience(pairs, occluding)
 
 
-def truth_of(table):
-    """What `resampling.score` asks of the truth.
+def truth_of(table: pd.DataFrame) -> pd.DataFrame:
+    """What `scores.score` asks of the truth.
 
     Places are kept as errors, in body heights: the truth is at 0, and 1 is a body's height.
     """
     return table[["occludes", "seconds", "first", "second"]].assign(x=0.0, y=0.0, height=1.0)
 
 
-def forecast_of(table, method):
-    """What `resampling.score` asks of a forecast; see `truth_of`."""
+def forecast_of(table: pd.DataFrame, method: str) -> pd.DataFrame:
+    """What `scores.score` asks of a forecast; see `truth_of`."""
     names = {f"{method}.{name}": name for name in ("probability", "seconds")}
     held = table[list(names)].rename(columns=names)
     return held.assign(x=table[f"{method}.place_error"], y=0.0)
@@ -352,7 +382,7 @@ def _alike(tables):
     return [places.count(place) for place in places]
 
 
-def with_learned(table, model):
+def with_learned(table: pd.DataFrame, model: Learned) -> pd.DataFrame:
     """A table of pairs with what a fitted `Learned` says of them."""
     near = table["near"].to_numpy()
     probability = table["perspective.probability"].to_numpy().copy()
@@ -369,13 +399,13 @@ def with_learned(table, model):
     )
 
 
-def video_pairs():
+def video_pairs() -> tuple[list[pd.DataFrame], tuple[str, ...]]:
     """Pairs of people in videos, and what forecasters said of them.
 
     Returns
     -------
     tables : list of pandas.DataFrame
-        One a recording, as `comparison.compare` gives them: every MOTChallenge sequence
+        One a recording, as `compare` gives them: every MOTChallenge sequence
         under ``MCNLAB_DATA``, or those that came with mcnlab.
     problems : tuple of str
         What was left out, one sentence each.
@@ -395,7 +425,7 @@ def video_pairs():
     return bundled_pairs(), (*problems, nothing)
 
 
-def bundled_pairs():
+def bundled_pairs() -> list[pd.DataFrame]:
     """The tables of `video_pairs` that came with mcnlab, one a recording."""
     path = BUNDLED / MOTCHALLENGE / "pairs.csv.gz"
     held = read_table(path, dtype={"first": str, "second": str})
@@ -408,7 +438,7 @@ DECIMALS, FIGURES = 4, 6  # to which numbers and probabilities are kept
 CROSSING_PEOPLE, CROSSING_SECONDS, CROSSING_SEED = 60, 60.0, 7
 
 
-def compare(pairs, *, name=None, moving=False):
+def compare(pairs: Pairs, *, name: str | None = None, moving: bool = False) -> pd.DataFrame:
     """What happened to each pair, and what the forecasters that learn nothing said of it.
 
     Parameters
@@ -426,7 +456,7 @@ def compare(pairs, *, name=None, moving=False):
         body's height), ``occludes, seconds``; of each forecaster ``<name>.probability,
         <name>.seconds, <name>.place_error`` (body heights; 0 where they do not occlude);
         ``direction1, direction2, level1, level2`` (what the thesis's tables were asked);
-        where ``near`` the features of `prediction.describe`, otherwise 0; and ``moving``
+        where ``near`` the features of `forecasters.describe`, otherwise 0; and ``moving``
         (whether the camera does).  Rounded as tables are kept.
     """
     outlook = Perspective().look_ahead(pairs)
@@ -473,18 +503,20 @@ def _to_figures(values, figures):
     return np.round(values * power) / power
 
 
-def compare_composites(recording, *, rules=RULES):
+def compare_composites(recording: Recording, *, rules: Rules = RULES) -> pd.DataFrame:
     """`compare` over every composite of two walks of one recording."""
     return compare(lay_over(recording, shifts=SHIFTS, rules=rules), name=COMPOSITES)
 
 
-def compare_crossings(*, rules=RULES):
+def compare_crossings(*, rules: Rules = RULES) -> pd.DataFrame:
     """`compare` over synthetic people who cross a square."""
     made = make_crossings(people=CROSSING_PEOPLE, seconds=CROSSING_SECONDS, seed=CROSSING_SEED)
     return compare(find_pairs(made, rules=rules), name=CROSSINGS)
 
 
-def compare_sequences(folder, *, rules=RULES, n_jobs=1):
+def compare_sequences(
+    folder: str | Path, *, rules: Rules = RULES, n_jobs: int = 1
+) -> tuple[list[pd.DataFrame], tuple[str, ...]]:
     """`compare` over every MOTChallenge sequence in a folder.
 
     Returns

@@ -5,8 +5,9 @@ people who never met: their boxes say when one covers the other, and the first s
 shows both is all that the tables and equations may see.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -60,16 +61,22 @@ class Composites:
     table: pd.DataFrame
 
     @property
-    def known(self):
+    def known(self) -> pd.Series:
         """Where S1 and S2 are told apart, one bool a row."""
         return (self.table["rule"] != thesis.UNIDENTIFIED).to_numpy()
 
-    def people(self, column):
+    def people(self, column: str) -> np.ndarray:
         """Who walks, one name a row: `column` is ``"first"`` or ``"second"``."""
         return self.table[column].astype(str).map(self.recording.subjects).to_numpy(str)
 
 
-def compose_all(recording, *, focal_length, shifts=SHIFTS, seconds=1.0):
+def compose_all(
+    recording: Recording,
+    *,
+    focal_length: float,
+    shifts: Sequence[int] = SHIFTS,
+    seconds: float = 1.0,
+) -> Composites:
     """Every two walks of different people over each other, at several offsets.
 
     Directions come from perspective (`heading.measure_headings`), levels and the way of
@@ -98,6 +105,14 @@ def compose_all(recording, *, focal_length, shifts=SHIFTS, seconds=1.0):
     ------
     McnError
         When the table is not sound, a number is out of range, or nothing can be composed.
+
+    Examples
+    --------
+    >>> from mcnlab import occlusion, synthetic
+    >>> street = synthetic.make_street()
+    >>> made = occlusion.compose_all(street.recording, focal_length=450, shifts=[0])
+    >>> len(made.table), int(made.table["occludes"].sum())
+    (98, 87)
     """
     focal_length = require_number("focal_length", focal_length, above=0, unit="pixels")
     window = frames_of(seconds, recording.frame_rate)
@@ -265,7 +280,7 @@ def _boxes_ahead(stack, first, second, offset, window):
 SHIFT_LIMIT = 100_000  # frames: over an hour of video between two walks is a mistake
 
 
-def compose(recording, first, second, *, shift=0):
+def compose(recording: Recording, first: str, second: str, *, shift: int = 0) -> Recording:
     """Two walks of a recording in one clock.
 
     Parameters
@@ -310,7 +325,7 @@ def compose(recording, first, second, *, shift=0):
     )
 
 
-def compose_masks(first, second, *, shift=0):
+def compose_masks(first: np.ndarray, second: np.ndarray, *, shift: int = 0) -> np.ndarray:
     """The silhouettes of two walks in one clock.
 
     Parameters
@@ -347,12 +362,12 @@ def compose_masks(first, second, *, shift=0):
     return both
 
 
-def start_frames(shift):
+def start_frames(shift: int) -> tuple[int, int]:
     """The frames of a composite in which the first and the second walk begin, from 1."""
     return 1 + max(-shift, 0), 1 + max(shift, 0)
 
 
-def check_shift(shift):
+def check_shift(shift: Any) -> int:
     """Return `shift` as an int, or raise `ArgumentError`."""
     whole = isinstance(shift, int | np.integer) and not isinstance(shift, bool)
     if not whole or abs(shift) > SHIFT_LIMIT:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy.special import expit, logit, ndtr
 
 from mcnlab.checks import require_array, require_flags, require_like, require_number
@@ -27,6 +28,8 @@ from mcnlab.compass import direction_of
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import thesis
 from mcnlab.occlusion.motion import Ground, move_straight
+from mcnlab.occlusion.pairs import Rules, Walkers, WatchedPairs
+from mcnlab.occlusion.thesis import Foreseen, Walker
 from mcnlab.walking.speed import level_of
 
 STEPS = 15  # of the horizon, at which the future is looked at
@@ -47,7 +50,7 @@ class Forecast(NamedTuple):
     y: np.ndarray
 
 
-def steps_of(rules):
+def steps_of(rules: Rules) -> np.ndarray:
     """The times at which the future is looked at, seconds, shape (k,)."""
     return rules.horizon * np.arange(1, STEPS + 1) / STEPS
 
@@ -71,7 +74,7 @@ class ConstantVelocity:
     def __post_init__(self):
         require_number("softness", self.softness, above=0)
 
-    def forecast(self, pairs):
+    def forecast(self, pairs: WatchedPairs) -> Forecast:
         """What it says of each pair.
 
         Parameters
@@ -106,7 +109,7 @@ class Thesis:
     focal_length: float | None = None
     name = "thesis"
 
-    def forecast(self, pairs):
+    def forecast(self, pairs: WatchedPairs) -> Forecast:
         """What it says of each pair: a probability of 1 or 0; see `ConstantVelocity.forecast`."""
         foreseen, _ = self.explain(pairs)
         horizon = pairs.rules.horizon
@@ -114,7 +117,7 @@ class Thesis:
         seconds = np.where(yes, foreseen.seconds, horizon)
         return Forecast(yes.astype(float), seconds, foreseen.x, foreseen.y)
 
-    def explain(self, pairs):
+    def explain(self, pairs: WatchedPairs) -> tuple[Foreseen, pd.DataFrame]:
         """The tables' answer, and what they were asked.
 
         Returns
@@ -138,7 +141,7 @@ class Thesis:
         }
         return foreseen, pd.DataFrame(asked)
 
-    def look(self, walkers):
+    def look(self, walkers: Walkers) -> Walker:
         """Place, direction and speed of each walker, as `occlusion.Walker`."""
         camera = walkers.camera
         focal_length = self.focal_length
@@ -160,11 +163,11 @@ class Perspective:
 
     name = "perspective"
 
-    def forecast(self, pairs):
+    def forecast(self, pairs: WatchedPairs) -> Forecast:
         """What it says of each pair; see `ConstantVelocity.forecast`."""
         return self.look_ahead(pairs).forecast
 
-    def look_ahead(self, pairs):
+    def look_ahead(self, pairs: WatchedPairs) -> "Outlook":
         """The forecast, and what it was made of.
 
         Returns
@@ -226,7 +229,7 @@ class Outlook:
     """
 
     forecast: Forecast
-    pairs: object
+    pairs: WatchedPairs
     ground: "Ground"
     near: np.ndarray
     margin: np.ndarray
@@ -318,7 +321,7 @@ def _half_way(by_then, times):
     return at, times[at] - share * times[0]
 
 
-def describe(outlook):
+def describe(outlook: Outlook) -> np.ndarray:
     """What `Learned` learns from: no identity, no place in the image, no unit but seconds.
 
     Parameters
@@ -403,7 +406,9 @@ class Learned:
     name = "learned"
     STRENGTH = 0.05  # inverse strength of regularisation, as scikit-learn's C
 
-    def fit(self, features, occludes, *, weights=None):
+    def fit(
+        self, features: ArrayLike, occludes: ArrayLike, *, weights: ArrayLike | None = None
+    ) -> "Learned":
         """Fit the regression.
 
         Parameters
@@ -453,7 +458,7 @@ class Learned:
         self.coef_, self.intercept_ = regression.coef_[0], float(regression.intercept_[0])
         return self
 
-    def predict_probability(self, features, probability):
+    def predict_probability(self, features: ArrayLike, probability: ArrayLike) -> np.ndarray:
         """The probability of near pairs that they occlude.
 
         Parameters
@@ -481,7 +486,7 @@ class Learned:
             return probability
         return (self.model_.predict_proba(values)[:, 1] + probability) / 2
 
-    def forecast(self, pairs):
+    def forecast(self, pairs: WatchedPairs) -> Forecast:
         """What it says of each pair; time and place are `Perspective`'s."""
         outlook = Perspective().look_ahead(pairs)
         probability = outlook.forecast.probability.copy()

@@ -14,9 +14,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mcnlab.checks import require_number
 from mcnlab.errors import ArgumentError
+from mcnlab.occlusion.pairs import Walkers
 from mcnlab.regression import fit_lines
 
 SLOWEST = 0.25  # share of a height (image) or a distance (ground) that is left at least
@@ -39,12 +41,12 @@ class Motion(NamedTuple):
     w: np.ndarray
     h: np.ndarray
 
-    def take(self, walkers):
+    def take(self, walkers: np.ndarray) -> "Motion":
         """The boxes of some walkers, by number."""
         return Motion(*(value[:, walkers] for value in self))
 
 
-def move_straight(walkers, times):
+def move_straight(walkers: Walkers, times: ArrayLike) -> Motion:
     """The walkers' boxes in some seconds, on straight lines in the image.
 
     Parameters
@@ -109,7 +111,7 @@ class Ground:
         box errs with variance 1.
     """
 
-    walkers: object
+    walkers: Walkers
     near: np.ndarray
     near_rate: np.ndarray
     side: np.ndarray
@@ -121,7 +123,7 @@ class Ground:
     doubt: np.ndarray
 
     @classmethod
-    def of(cls, walkers):
+    def of(cls, walkers: Walkers) -> "Ground":
         """Fit lines through what was seen of each walker, the latest counting most."""
         seen, rise = walkers.seen, walkers.rise[:, None]
         height = np.where(seen, walkers.h, 1.0)
@@ -148,18 +150,18 @@ class Ground:
         )
 
     @cached_property
-    def rate(self):
+    def rate(self) -> tuple[np.ndarray, np.ndarray]:
         """Velocity in the image, body heights a second to the right and down, each (m,)."""
         height = self.fill / self.near
         across = (self.side_rate - self.side / self.near * self.near_rate) / self.near
         return across / height, self.feet_rate / height
 
     @property
-    def pace(self):
+    def pace(self) -> np.ndarray:
         """Speed in the image, body heights a second, (m,)."""
         return np.hypot(*self.rate)
 
-    def move(self, times):
+    def move(self, times: ArrayLike) -> Motion:
         """The walkers' boxes in some seconds; as `move_straight`, but straight on the ground."""
         # Who walks straight at the camera hardly moves in the image, but grows.
         walkers, square = self.walkers, self.pace**2 + (self.near_rate / self.near) ** 2
@@ -185,7 +187,7 @@ class Ground:
         )
         return Motion(x, feet, self.aspect * h, h)
 
-    def spread(self, times):
+    def spread(self, times: ArrayLike) -> np.ndarray:
         """Standard deviation of the place across at `times`, pixels, shape (k, m)."""
         times = _column(times)
         now, rate, both = self.doubt
@@ -194,7 +196,7 @@ class Ground:
         wander = (DRIFT**2 + (WANDER * self.pace) ** 2) * times**2
         return np.sqrt(boxes + wander) * (self.fill / self.near)
 
-    def heading(self, *, focal_length):
+    def heading(self, *, focal_length: float) -> np.ndarray:
         """The heading, degrees clockwise from away along the camera's axis, (m,).
 
         Of somebody who stands it says nothing.  The camera is taken to look level; looking

@@ -11,6 +11,7 @@ The two walkers may come from one recording, or from two walks of one camera lai
 each other, the second begun some frames later (a composite; thesis section 3.5).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from mcnlab.cameras.horizon import horizons_until
 from mcnlab.checks import require_count, require_number
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError, DatasetError
 from mcnlab.occlusion.truth import COVER, Truth, find_occlusions
 from mcnlab.tables import FRAME, SEQUENCE, SUBJECT, H, W, X, Y
@@ -149,7 +151,7 @@ class WatchedPairs:
         return len(self.who)
 
     @cached_property
-    def body(self):
+    def body(self) -> np.ndarray:
         """Pixels of a body's height at the pair: the mean of the two boxes now, (n,)."""
         return self.walkers.h[:, -1][self.who].mean(axis=1)
 
@@ -174,7 +176,7 @@ class Pairs(WatchedPairs):
     y: np.ndarray
 
 
-def find_pairs(recording, *, rules=RULES):
+def find_pairs(recording: Recording, *, rules: Rules = RULES) -> Pairs:
     """Every pair at every whole second of a recording.
 
     Parameters
@@ -193,6 +195,14 @@ def find_pairs(recording, *, rules=RULES):
     ------
     DatasetError
         When there is no pair, or the frame rate is too low for the rules.
+
+    Examples
+    --------
+    >>> from mcnlab import occlusion, synthetic
+    >>> square = synthetic.make_crossings(people=12, seconds=12)
+    >>> pairs = occlusion.find_pairs(square)
+    >>> len(pairs.frame), int(pairs.occludes.sum())
+    (141, 34)
     """
     stack = recording.stack
     look = _Look.of(recording, rules)
@@ -211,7 +221,7 @@ def find_pairs(recording, *, rules=RULES):
     return _judge(recording, look, track, now, horizons_until, rules)
 
 
-def watch(recording, frame, *, rules=RULES):
+def watch(recording: Recording, frame: int, *, rules: Rules = RULES) -> WatchedPairs:
     """Every pair at one frame, to forecast what is not filmed yet.
 
     Parameters
@@ -230,6 +240,14 @@ def watch(recording, frame, *, rules=RULES):
     ------
     DatasetError
         When fewer than two walkers were boxed for the observed time before the frame.
+
+    Examples
+    --------
+    >>> from mcnlab import occlusion, synthetic
+    >>> square = synthetic.make_crossings(people=12, seconds=12)
+    >>> now = occlusion.watch(square, 100)
+    >>> now.people[:2].tolist()
+    [['p001', 'p002'], ['p001', 'p004']]
     """
     frame = require_count("frame", frame)
     stack = recording.stack
@@ -245,7 +263,7 @@ def watch(recording, frame, *, rules=RULES):
     return WatchedPairs(**_see(recording, look, track, now, horizons_until, rules))
 
 
-def lay_over(recording, *, shifts, rules=RULES):
+def lay_over(recording: Recording, *, shifts: Sequence[int], rules: Rules = RULES) -> Pairs:
     """Every pair in composites of two walks, by different people, of one recording.
 
     Parameters
@@ -271,8 +289,9 @@ def lay_over(recording, *, shifts, rules=RULES):
     ArgumentError
         When a shift is not a whole number of at least 0, or there is none.
     """
-    shifts = list(shifts) if np.iterable(shifts) else [shifts]
-    shifts = [require_count("shifts", shift) for shift in shifts]
+    shifts = [
+        require_count("shifts", shift) for shift in np.atleast_1d(np.asarray(shifts, dtype=object))
+    ]
     if not shifts:
         raise ArgumentError("shifts is empty; pass at least one number of frames.")
     longest = recording.stack.valid.shape[1]

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from mcnlab.checks import (
@@ -58,7 +59,9 @@ class Answers(NamedTuple):
     f1: float
 
 
-def curve_of(occludes, probability, *, weights=None):
+def curve_of(
+    occludes: ArrayLike, probability: ArrayLike, *, weights: ArrayLike | None = None
+) -> Curve:
     """Precision and recall at every threshold that makes a difference.
 
     Parameters
@@ -89,7 +92,9 @@ def curve_of(occludes, probability, *, weights=None):
     return Curve(rising[::-1], precision, recall, 2 * precision * recall / some)
 
 
-def average_precision(occludes, probability, *, weights=None):
+def average_precision(
+    occludes: ArrayLike, probability: ArrayLike, *, weights: ArrayLike | None = None
+) -> float:
     """The mean precision over recall: Σ (Rₖ − Rₖ₋₁) Pₖ along the curve, without interpolation.
 
     Pairs of equal probability enter together, so their order does not matter, and only the
@@ -116,7 +121,7 @@ def average_precision(occludes, probability, *, weights=None):
     return float(average_precision_score(occludes, probability, sample_weight=weights))
 
 
-def f1_of(occludes, said, *, weights=None):
+def f1_of(occludes: ArrayLike, said: ArrayLike, *, weights: ArrayLike | None = None) -> float:
     """F1 of yes/no answers: 2·TP / (2·TP + FP + FN), the harmonic mean of precision and recall.
 
     Parameters
@@ -143,7 +148,7 @@ def f1_of(occludes, said, *, weights=None):
     return float(f1_score(occludes, said, sample_weight=weights, zero_division=0.0))
 
 
-def count_answers(occludes, probability, threshold):
+def count_answers(occludes: ArrayLike, probability: ArrayLike, threshold: float) -> Answers:
     """What becomes of pairs when those with at least `threshold` are told that they occlude.
 
     Parameters
@@ -175,7 +180,13 @@ def count_answers(occludes, probability, threshold):
     )
 
 
-def best_threshold(occludes, probability, groups=None, *, say=None):
+def best_threshold(
+    occludes: ArrayLike,
+    probability: ArrayLike,
+    groups: ArrayLike | None = None,
+    *,
+    say: dict | None = None,
+) -> float:
     """The threshold with the best F1, for use on *other* pairs than these.
 
     F1 is constant between neighbouring probabilities.  Of the stretches with the best F1 the
@@ -234,7 +245,7 @@ def best_threshold(occludes, probability, groups=None, *, say=None):
     return float(middle if middle > bottom else top) + 0.0
 
 
-def calibration_error(occludes, probability, *, bins=BINS):
+def calibration_error(occludes: ArrayLike, probability: ArrayLike, *, bins: int = BINS) -> float:
     """The expected calibration error: how far probabilities are from what then happens.
 
     Σ_b n_b/n · |share that occludes in b − mean probability in b| over `bins` bins of equal
@@ -268,7 +279,9 @@ def calibration_error(occludes, probability, *, bins=BINS):
     return float(np.abs(gap).sum() / len(probability))
 
 
-def reliability_of(occludes, probability, *, bins=BINS):
+def reliability_of(
+    occludes: ArrayLike, probability: ArrayLike, *, bins: int = BINS
+) -> pd.DataFrame:
     """The table behind a reliability diagram and the calibration error.
 
     Parameters
@@ -305,7 +318,7 @@ def reliability_of(occludes, probability, *, bins=BINS):
     )
 
 
-def bins_of(probability, bins):
+def bins_of(probability: np.ndarray, bins: int) -> np.ndarray:
     """The bin 0 … bins − 1 of each probability; each holds its upper edge."""
     bins = require_count("bins", bins, low=1)
     return np.searchsorted(np.arange(1, bins) / bins, probability, side="left")
@@ -378,7 +391,14 @@ class Difference(NamedTuple):
     ap: Estimate
 
 
-def score(truth, forecast, *, threshold, draws=400, seed=0):
+def score(
+    truth: pd.DataFrame,
+    forecast: pd.DataFrame,
+    *,
+    threshold: float,
+    draws: int = 400,
+    seed: int = 0,
+) -> Scores:
     """Score one forecaster on one sequence, with intervals by walker.
 
     A draw takes as many walkers as there are, with replacement; a pair counts the product of
@@ -441,7 +461,15 @@ def score(truth, forecast, *, threshold, draws=400, seed=0):
     )
 
 
-def difference(truth, forecast, other, *, thresholds, draws=400, seed=0):
+def difference(
+    truth: pd.DataFrame,
+    forecast: pd.DataFrame,
+    other: pd.DataFrame,
+    *,
+    thresholds: tuple[float, float],
+    draws: int = 400,
+    seed: int = 0,
+) -> Difference:
     """How much better one forecaster is than another, on the same pairs and draws.
 
     Both meet the same easy and hard walkers, so the difference is surer than the two scores.

@@ -6,6 +6,7 @@ CASIA A has nobody who crosses the view at level v1: at its walkers' distance th
 centimetres a second.  A made street (`datasets.composites.make_street`) has some.
 """
 
+from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -38,7 +39,7 @@ CASES: Final = (
 )
 
 
-def find_fitting(composites, case):
+def find_fitting(composites: Composites, case: Case) -> np.ndarray:
     """Which composites fit a case's caption.
 
     Parameters
@@ -64,7 +65,9 @@ def find_fitting(composites, case):
     return fits.to_numpy()
 
 
-def choose_case(composites, case, *, taken=()):
+def choose_case(
+    composites: Composites, case: Case, *, taken: Iterable[tuple[str, str]] = ()
+) -> pd.Series | None:
     """The composite that stands for a case: of all that fit its caption, one.
 
     Of those that fit, the two walkers farthest apart at the decision are taken (the first
@@ -91,7 +94,7 @@ def choose_case(composites, case, *, taken=()):
     return table.loc[np.hypot(table["x2"] - table["x1"], table["y2"] - table["y1"]).idxmax()]
 
 
-def judge_cases(sources, *, cases=CASES):
+def judge_cases(sources: Sequence[Composites], *, cases: Sequence[Case] = CASES) -> pd.DataFrame:
     """The six cases: what was foreseen, what happened, and whether both agree.
 
     Parameters
@@ -138,7 +141,7 @@ def judge_cases(sources, *, cases=CASES):
     return pd.DataFrame(rows)
 
 
-def count_cells(composites):
+def count_cells(composites: Composites) -> pd.DataFrame:
     """What happened in each of the 64 cells of Table 3.1.
 
     Parameters
@@ -167,7 +170,7 @@ def count_cells(composites):
     ).reset_index()
 
 
-def count_rules(composites):
+def count_rules(composites: Composites) -> pd.DataFrame:
     """How each rule of the tables fares.
 
     Returns
@@ -200,7 +203,7 @@ def count_rules(composites):
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def explain_errors(composites):
+def explain_errors(composites: Composites) -> dict[str, int]:
     """Why the tables and equations err.
 
     Returns

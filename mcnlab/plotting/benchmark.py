@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 from mcnlab.checks import require_choice, require_count
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import scores
-from mcnlab.occlusion.benchmark import DEFAULT, METHODS
+from mcnlab.occlusion.benchmark import DEFAULT, METHODS, Judged
 from mcnlab.occlusion.scores import Scores
 from mcnlab.plotting.occlusion import RULE_COLOURS, RULE_INK, RULE_LABELS
 from mcnlab.plotting.style import (
@@ -46,7 +46,7 @@ def plot_scores(judged, measure, *, label, middle=None, ax: Axes | None = None) 
     ----------
     judged : foresight.Judged
     measure : str
-        A field of `resampling.Scores`.
+        A field of `scores.Scores`.
     label : str
         Its name and unit.
     middle : dict, optional
@@ -97,7 +97,7 @@ def plot_scores(judged, measure, *, label, middle=None, ax: Axes | None = None) 
     return ax
 
 
-def describe_recording(judged, name):
+def describe_recording(judged: Judged, name: str) -> str:
     """A recording's name, how many pairs it has and how many of 100 occlude."""
     table = judged.of(name)
     moving = ", moving camera" if judged.moving[name] else ""
@@ -105,7 +105,7 @@ def describe_recording(judged, name):
     return f"{shorten(name)}\n{len(table)} pairs, {share} % occlude{moving}"
 
 
-def shorten(name, most=26):
+def shorten(name: str, most: int = 26) -> str:
     """A name of at most `most` letters: a longer one loses its middle."""
     if len(name) <= most:
         return name

@@ -315,7 +315,7 @@ def _rule_legend(ax, rules, *, meanings=None):
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(rules))
 
 
-def made_walker(x, y, direction, level):
+def made_walker(x: float, y: float, direction: int, level: int) -> Walker:
     """A walker at a place who walks as its direction and speed level say."""
     pixels = PACES[int(level)] * FRAME_WIDTH
     angle = np.radians(heading_of(direction))

@@ -11,9 +11,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mcnlab.checks import require_choice, require_count
+from mcnlab.datasets.recording import Recording
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion.benchmark import METHODS
 from mcnlab.occlusion.motion import Ground, move_straight
+from mcnlab.occlusion.pairs import Pairs
 from mcnlab.occlusion.truth import cover_of
 from mcnlab.plotting.style import (
     BAND,
@@ -44,12 +46,12 @@ class Story(NamedTuple):
     late: float | None  # seconds until they occlude; None if they do not
     place: tuple | None  # where, pixels
 
-    def nearest(self, seconds):
+    def nearest(self, seconds: float) -> int:
         """The column of the frame nearest to a time."""
         return int(np.argmin(np.abs(self.seconds - seconds)))
 
 
-def follow_pair(recording, pairs, number):
+def follow_pair(recording: Recording, pairs: Pairs, number: int) -> Story:
     """What becomes of one pair, from the observed second to the horizon.
 
     Parameters
@@ -104,7 +106,9 @@ def follow_pair(recording, pairs, number):
     )
 
 
-def guess_boxes(pairs, number, times, methods):
+def guess_boxes(
+    pairs: Pairs, number: int, times: np.ndarray, methods: dict
+) -> dict[str, np.ndarray]:
     """Where forecasters see the two walkers of a pair, method → shape (k, 2, 4): x, y, w, h.
 
     The thesis foresees no boxes.  "learned" goes the way of "perspective", so the two make
@@ -129,7 +133,9 @@ def guess_boxes(pairs, number, times, methods):
     }
 
 
-def guess_cover(pairs, number, times, methods):
+def guess_cover(
+    pairs: Pairs, number: int, times: np.ndarray, methods: dict
+) -> dict[str, np.ndarray]:
     """The cover that forecasters foresee on the mean path, method → shape (k,)."""
     return {
         method: cover_of(*np.moveaxis(boxes, (1, 2), (0, 1)))
@@ -137,7 +143,7 @@ def guess_cover(pairs, number, times, methods):
     }
 
 
-def pick_forecasts(pairs, number, forecasts):
+def pick_forecasts(pairs: Pairs, number: int, forecasts: dict) -> dict[str, tuple]:
     """What forecasters say of one pair, method → probability, seconds, x, y.
 
     Raises

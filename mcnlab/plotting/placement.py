@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mcnlab.cameras.floor import GridMap
 from mcnlab.plotting.style import (
     CHOICE_COLOURS,
     CHOICE_MARKERS,
@@ -73,7 +74,9 @@ def plot_traces(
     return ax
 
 
-def plot_patterns(patterns, angles, known, *, figure):
+def plot_patterns(
+    patterns: np.ndarray, angles: np.ndarray, known: np.ndarray, *, figure: Figure
+) -> list[Axes]:
     """Pixel patterns of a cell, each with the angle inferred from it (Figure 2.4)."""
     columns = (len(patterns) + 1) // 2
     axes = figure.subplots(2, columns)
@@ -186,7 +189,9 @@ def cells_legend(ax: Axes, **options) -> None:
     ax.legend(handles=handles, **options)
 
 
-def plot_band(grid, order, thin=None, *, ax=None):
+def plot_band(
+    grid: GridMap, order: np.ndarray, thin: np.ndarray | None = None, *, ax: Axes | None = None
+) -> Axes:
     """The path band, lighter the later a cell joined, and its thinned line (Figure 2.6).
 
     Parameters

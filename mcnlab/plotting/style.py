@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
 
 # Six hues that everybody can tell apart: at least 20 (CIEDE2000) between any two for who lacks
 # red or green cones, lightness 8 apart for a grey print, contrast 3 on white.  Within one figure
@@ -125,7 +126,7 @@ def use_style() -> None:
     plt.style.use(str(Path(__file__).parents[1] / "mcnlab.mplstyle"))
 
 
-def axes_or_new(ax):
+def axes_or_new(ax: Axes | None) -> Axes:
     """`ax`, or the axes of a new figure."""
     return plt.subplots()[1] if ax is None else ax
 

@@ -63,7 +63,7 @@ _WHEEL_STEPS: Final = (15, 6, 4, 11, 13, 6)
 _WHEEL: Final = ((1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), (1, 0, 1), (1, 0, 0))
 
 
-def colour_flow(flow, *, largest=None):
+def colour_flow(flow: np.ndarray, *, largest: float | None = None) -> np.ndarray:
     """A flow in the colours of Middlebury (Baker et al.): hue is direction, strength speed.
 
     Parameters
@@ -100,7 +100,7 @@ def colour_flow(flow, *, largest=None):
     return np.where(known[..., None], np.rint(255 * colour), 0).astype(np.uint8)
 
 
-def colour_legend(size):
+def colour_legend(size: int) -> np.ndarray:
     """The colour wheel: what `colour_flow` paints an arrow from the middle to each pixel.
 
     Parameters

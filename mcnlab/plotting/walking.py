@@ -8,6 +8,7 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.legend import Legend
 
 from mcnlab.compass import DIRECTIONS, NAMES, heading_of, turn_between
 from mcnlab.plotting.style import (
@@ -30,12 +31,12 @@ LEFT = (6, 7, 8)  # directions that go left
 _ARROWHEAD = np.array([[0, 1.0], [0.75, -0.8], [0, -0.35], [-0.75, -0.8], [0, 1.0]])
 
 
-def colour_of(direction):
+def colour_of(direction: int) -> str:
     """The colour of a direction 1 … 8: its group's."""
     return GROUP_COLOURS[int(group_of(direction))]
 
 
-def marker_of(direction):
+def marker_of(direction: int) -> tuple | str:
     """The marker of a direction 1 … 8: an arrowhead that points the way."""
     angle = np.radians(heading_of(direction))
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -361,7 +362,7 @@ def plot_against_truth(true, said, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def group_legend(ax):
+def group_legend(ax: Axes) -> Legend:
     """Legend entries for the five groups."""
     handles = [
         mpl.lines.Line2D([], [], color=GROUP_COLOURS[group], marker="o", ls="", label=name)

@@ -1,10 +1,12 @@
 """Recordings by name, measured anew where they lie at hand, or as bundled."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from mcnlab.checks import require_choice
 from mcnlab.datasets import casia, middlebury, motchallenge, pets, trajectories
@@ -78,7 +80,9 @@ def casia_a(*, mirrored: bool = True, progress: bool = False) -> Recording:
     return add_mirrored(recording) if mirrored else recording
 
 
-def casia_a_recording(boxes, directions, *, source, problems=()):
+def casia_a_recording(
+    boxes: pd.DataFrame, directions: pd.Series, *, source: str, problems: Sequence[str] = ()
+) -> Recording:
     """A CASIA A recording from a box table and labels of at least its sequences."""
     names = list(boxes[SEQUENCE].unique())
     missing = [name for name in names if name not in directions.index]
@@ -100,7 +104,9 @@ def casia_a_recording(boxes, directions, *, source, problems=()):
     )
 
 
-def measure_casia_a(folder, *, min_area=MIN_AREA, n_jobs=-1, progress=False):
+def measure_casia_a(
+    folder: str | Path, *, min_area: int = MIN_AREA, n_jobs: int = -1, progress: bool = False
+) -> Recording:
     """Measure every CASIA A silhouette sequence in a folder."""
     boxes, problems = measure_sequences(
         casia.find_sequences(folder), min_area=min_area, n_jobs=n_jobs, progress=progress
@@ -173,7 +179,9 @@ def flow_sequences() -> dict[str, tuple]:
     return {found.name.lower(): found.read() for found in middlebury.find_sequences(folder)}
 
 
-def pets2009_traces(finders=tuple(PETS_FINDERS)):
+def pets2009_traces(
+    finders: Sequence[str] = tuple(PETS_FINDERS),
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Where people of PETS 2009 stood, as our own chain saw it, and how well that agrees.
 
     Parameters
@@ -201,7 +209,9 @@ def pets2009_traces(finders=tuple(PETS_FINDERS)):
     return points[points["method"].isin(finders)], feet[feet["method"].isin(finders)]
 
 
-def measure_pets2009_traces(folder, *, finders=tuple(PETS_FINDERS)):
+def measure_pets2009_traces(
+    folder: str | Path, *, finders: Sequence[str] = tuple(PETS_FINDERS)
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Trace the people of PETS 2009 in the video in `folder`, and score the traces."""
     from joblib import Parallel, delayed
 
@@ -301,7 +311,7 @@ def scenes() -> list[Scene]:
     return found
 
 
-def silhouettes_of(recording, sequence, frames):
+def silhouettes_of(recording: Recording, sequence: str, frames: ArrayLike) -> np.ndarray | None:
     """The silhouettes of a walk in some of its frames, where there are any.
 
     Parameters
