@@ -289,9 +289,8 @@ def lay_over(recording: Recording, *, shifts: Sequence[int], rules: Rules = RULE
     ArgumentError
         When a shift is not a whole number of at least 0, or there is none.
     """
-    shifts = [
-        require_count("shifts", shift) for shift in np.atleast_1d(np.asarray(shifts, dtype=object))
-    ]
+    listed = list(shifts) if np.iterable(shifts) else [shifts]
+    shifts = [require_count("shifts", shift) for shift in listed]
     if not shifts:
         raise ArgumentError("shifts is empty; pass at least one number of frames.")
     longest = recording.stack.valid.shape[1]

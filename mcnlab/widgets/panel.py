@@ -67,8 +67,7 @@ class Panel(ipywidgets.VBox):
         )
         self.text = ipywidgets.HTML()
         # Fixed margins: laying out anew at every move would cost as much as drawing.
-        self._figure = Figure(figsize=figsize, dpi=80)
-        self._figure.set_layout_engine("none")
+        self._figure = Figure(figsize=figsize, dpi=80, layout="none")
         FigureCanvasAgg(self._figure)
         margins = {"left": 0.1, "right": 0.97, "bottom": 0.2, "top": 0.9, **(margins or {})}
         self._figure.subplots_adjust(**margins)
