@@ -23,6 +23,13 @@ settings.load_profile("repeatable")
 _RECORDINGS = os.environ.get("MCNLAB_DATA")  # before the tests hide it
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _shut_before_anything_is_read():
+    """Fixtures that a whole session or module shares read what is bundled, too."""
+    for name in ("MCNLAB_DATA", "MCNLAB_OUT"):
+        os.environ.pop(name, None)
+
+
 @pytest.fixture(autouse=True)
 def _nothing_from_outside(monkeypatch):
     """No test reads recordings or writes results because of the shell it was started from."""
