@@ -73,17 +73,9 @@ def check_boxes(boxes: pd.DataFrame, *, argument: str = "boxes") -> pd.DataFrame
         or height is not positive, or a sequence's frames are repeated, out of order
         or not whole.
     """
-    check_columns(boxes, BOX_COLUMNS, argument=argument)
-    if len(boxes) == 0:
-        raise TableError(f"{argument} has no rows; pass at least one box.")
-    text = [name for name in (FRAME, *MEASURES) if not is_numeric_dtype(boxes[name])]
-    if text:
-        raise TableError(
-            f"{argument} holds text or objects in {', '.join(text)}; convert it to numbers."
-        )
-    values = np.stack([boxes[name].to_numpy(float) for name in (FRAME, *MEASURES)], axis=1)
-    if boxes[SEQUENCE].isna().any() or boxes[SUBJECT].isna().any():
-        raise TableError(f"{argument} has rows without a sequence or subject; name them.")
+    values = _numbers_of(
+        boxes, BOX_COLUMNS, (SEQUENCE, SUBJECT), argument=argument, least="one box"
+    )
     finite = np.isfinite(values).all(axis=1)
     if not finite.all():
         row = int(np.flatnonzero(~finite)[0])
@@ -125,17 +117,9 @@ def check_traces(traces: pd.DataFrame, *, argument: str = "traces") -> pd.DataFr
         When a column is missing, the table is empty, a number is not finite, or a
         trace's frames are repeated, out of order or not whole.
     """
-    check_columns(traces, TRACE_COLUMNS, argument=argument)
-    if len(traces) == 0:
-        raise TableError(f"{argument} has no rows; pass at least one place of one walker.")
-    text = [name for name in (FRAME, X, Y) if not is_numeric_dtype(traces[name])]
-    if text:
-        raise TableError(
-            f"{argument} holds text or objects in {', '.join(text)}; convert it to numbers."
-        )
-    if traces[TRACE].isna().any():
-        raise TableError(f"{argument} has rows without a trace; name them.")
-    values = traces[[FRAME, X, Y]].to_numpy(float)
+    values = _numbers_of(
+        traces, TRACE_COLUMNS, (TRACE,), argument=argument, least="one place of one walker"
+    )
     sound = np.isfinite(values).all(axis=1) & (
         np.abs(values) <= [FRAME_LIMIT, PIXEL_LIMIT, PIXEL_LIMIT]
     ).all(axis=1)
@@ -146,6 +130,22 @@ def check_traces(traces: pd.DataFrame, *, argument: str = "traces") -> pd.DataFr
         )
     _check_order(traces[TRACE], values[:, 0], argument=argument, key=TRACE)
     return traces
+
+
+def _numbers_of(table, columns, keys, *, argument, least):
+    """The columns that are no keys as floats, once they are there, filled and numbers."""
+    check_columns(table, columns, argument=argument)
+    if len(table) == 0:
+        raise TableError(f"{argument} has no rows; pass at least {least}.")
+    numbers = [name for name in columns if name not in keys]
+    text = [name for name in numbers if not is_numeric_dtype(table[name])]
+    if text:
+        raise TableError(
+            f"{argument} holds text or objects in {', '.join(text)}; convert it to numbers."
+        )
+    if table[list(keys)].isna().any(axis=None):
+        raise TableError(f"{argument} has rows without a {' or '.join(keys)}; name them.")
+    return table[numbers].to_numpy(float)
 
 
 def _check_order(names, frame, *, argument, key):

@@ -12,6 +12,9 @@ from hypothesis import strategies as st
 
 from mcnlab.datasets.recording import Recording
 from mcnlab.occlusion.composites import compose_all
+from mcnlab.occlusion.forecasters import ConstantVelocity, Perspective, Thesis
+from mcnlab.occlusion.pairs import find_pairs
+from mcnlab.synthetic.crossings import make_crossings
 from mcnlab.synthetic.street import make_street
 from mcnlab.tables import BOX_COLUMNS, FRAME, MEASURES, H, W
 from mcnlab.vision.recordings import casia_a
@@ -101,6 +104,24 @@ def composites(casia):
 def street():
     """The made street's composites that begin together."""
     return compose_all(make_street().recording, focal_length=450, shifts=[0])
+
+
+@pytest.fixture(scope="session")
+def square():
+    """A few people who cross a square."""
+    return make_crossings(people=20, seconds=12.0, seed=3)
+
+
+@pytest.fixture(scope="session")
+def pairs(square):
+    """Their pairs."""
+    return find_pairs(square)
+
+
+@pytest.fixture(scope="session")
+def forecasts(pairs):
+    """What the forecasters that learn nothing say of them."""
+    return {one.name: one.forecast(pairs) for one in (Thesis(), ConstantVelocity(), Perspective())}
 
 
 @pytest.fixture(scope="session")

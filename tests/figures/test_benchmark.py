@@ -13,7 +13,6 @@ from mcnlab import plotting
 from mcnlab.errors import ArgumentError
 from mcnlab.figures.registry import draw
 from mcnlab.occlusion import benchmark
-from mcnlab.occlusion.forecasters import ConstantVelocity, Perspective, Thesis
 from mcnlab.occlusion.pairs import find_pairs, lay_over
 from mcnlab.occlusion.scores import reliability_of
 from mcnlab.occlusion.thesis import APART, BY_SPEED, CERTAIN, direction_table
@@ -35,24 +34,6 @@ from mcnlab.vision import recordings
 
 PANELS = ("foresight-scores", "foresight-curves", "foresight-calibration", "foresight-errors")
 LONG = "a-sequence-with-a-name-that-is-longer-than-any-margin"
-
-
-@pytest.fixture(scope="module")
-def square():
-    """A few people who cross a square."""
-    return make_crossings(people=20, seconds=12.0, seed=3)
-
-
-@pytest.fixture(scope="module")
-def pairs(square):
-    """Their pairs."""
-    return find_pairs(square)
-
-
-@pytest.fixture(scope="module")
-def forecasts(pairs):
-    """What the forecasters that learn nothing say of them."""
-    return {one.name: one.forecast(pairs) for one in (Thesis(), ConstantVelocity(), Perspective())}
 
 
 @pytest.fixture(scope="module")

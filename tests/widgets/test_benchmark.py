@@ -10,30 +10,12 @@ import pytest
 from mcnlab import widgets
 from mcnlab.errors import ArgumentError
 from mcnlab.occlusion import benchmark
-from mcnlab.occlusion.forecasters import ConstantVelocity, Perspective, Thesis
+from mcnlab.occlusion.forecasters import Perspective
 from mcnlab.occlusion.pairs import Rules, find_pairs
 from mcnlab.occlusion.scores import average_precision, count_answers
 from mcnlab.synthetic.crossings import make_crossings
 from mcnlab.vision import recordings
 from mcnlab.widgets.benchmark import interesting
-
-
-@pytest.fixture(scope="module")
-def square():
-    """A few people who cross a square."""
-    return make_crossings(people=20, seconds=12.0, seed=3)
-
-
-@pytest.fixture(scope="module")
-def pairs(square):
-    """Their pairs."""
-    return find_pairs(square)
-
-
-@pytest.fixture(scope="module")
-def forecasts(pairs):
-    """What the forecasters that learn nothing say of them."""
-    return {one.name: one.forecast(pairs) for one in (Thesis(), ConstantVelocity(), Perspective())}
 
 
 @pytest.fixture(scope="module")
